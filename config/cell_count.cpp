@@ -8,14 +8,15 @@ namespace bmu {
 
 namespace {
 
-/// How many modules carry so many cells; where that is not enough, the cells of one are more than the reader takes.
+/// Number of modules for `cell_count` cells; if the limit is too low, one module gets more cells than the reader
+/// accepts.
 std::size_t module_count(const PackConfig& pack, std::size_t cell_count) {
   constexpr std::size_t most = internal_bus::cells_per_module_max;
   const auto allowed = static_cast<std::size_t>(pack.serial.modules_max);
   return std::clamp<std::size_t>((cell_count + most - 1) / most, 1, allowed);
 }
 
-/// The entry of the file for the `index`-th of `count` modules.
+/// Entry of the file for the `index`-th of `count` modules.
 JsonValue entry_for(const JsonValue& first, std::uint8_t node, std::size_t index, std::size_t count,
                     std::size_t cell_count) {
   JsonValue entry = first;

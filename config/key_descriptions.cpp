@@ -1,4 +1,4 @@
-// What the rows say, for documentation and for the schema.
+// Descriptions of all keys from their rows, for the documentation and for the schema.
 #include <type_traits>
 
 #include "config/cell_file/cell_dynamics_reader.hpp"
@@ -47,7 +47,7 @@ std::vector<KeyDescription> describe_keys() {
   std::vector<KeyDescription> keys;
   describe<PackConfig>("", pack_fields(), keys);
   describe<ModuleEntry>("/modules/*", module_fields(), keys);
-  // A module without a number of its own is none: the fresh entry's 0 is no default.
+  // A module needs a node number: the 0 of a new entry is no default.
   for (KeyDescription& key : keys) {
     if (key.path == "/modules/*/node") key.fallback.clear();
   }

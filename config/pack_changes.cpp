@@ -12,7 +12,7 @@ class Comparison {
  public:
   explicit Comparison(std::vector<PackChange>& changes) : changes_(changes) {}
 
-  /// Null for what is not there.
+  /// Null: the value is missing.
   void compare(const JsonValue* before, const JsonValue* now, const Place& place) {
     if (before != nullptr && now != nullptr && before->is_object() && now->is_object()) {
       return compare_objects(*before, *now, place);
@@ -51,7 +51,7 @@ class Comparison {
 
 void compare_texts(const std::string& before, const std::string& now, const std::string& file,
                    std::vector<PackChange>& changes) {
-  ProblemList none;  // both were read before
+  ProblemList none;  // both were read without errors before
   const auto tree_before = parse_json(before, file, none);
   const auto tree_now = parse_json(now, file, none);
   if (tree_before && tree_now) Comparison(changes).compare(&*tree_before, &*tree_now, {.file = file, .path = ""});
@@ -67,7 +67,7 @@ std::string to_text(const PackChange& change) {
 std::vector<PackChange> pack_changes(const PackSources& before, const PackSources& now) {
   std::vector<PackChange> changes;
   compare_texts(before.pack_text, now.pack_text, now.pack_name, changes);
-  // One that is a file now and was not before, or the other way round, is a change of the key "cell" already.
+  // A change between a cell in a file of its own and one in the pack file is a change of the key "cell" already.
   if (!before.cell_name.empty() && !now.cell_name.empty()) {
     compare_texts(before.cell_text, now.cell_text, now.cell_name, changes);
   }

@@ -1,4 +1,4 @@
-// What differs between two packs, for people: each value of the pack file, and of the cell's, that is another one now.
+// Differences between two packs, for display: each value of the pack file, and of the cell's, that has changed.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@ namespace bmu {
 struct PackChange {
   std::string file;
   std::string path;    // JSON pointer, "/limits/cell_overvoltage/open_mV"
-  std::string before;  // as a message shows it; "" where there was none
-  std::string now;     // "" where there is none any more
+  std::string before;  // as a message shows it; "" if there was none
+  std::string now;     // "" if there is none
 };
 
 /// "pack.json: /poll/period_ms: 100, now 50"; "... not there, now 50"; "... 100, now not there"
 [[nodiscard]] std::string to_text(const PackChange& change);
 
-/// Of two packs that were read, in the order of the keys. Empty although the texts differ where only comments or blanks
-/// do. Lists are compared by place: a module put in front changes all behind it.
+/// Precondition: two packs that were read. In the order of the keys; empty if the texts differ only in comments or
+/// blanks. Lists are compared by index: a module that is inserted at the front changes all after it.
 [[nodiscard]] std::vector<PackChange> pack_changes(const PackSources& before, const PackSources& now);
 
 }  // namespace bmu

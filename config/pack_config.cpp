@@ -23,16 +23,16 @@ namespace {
 
 // --- cell -----------------------------------------------------------------------------------------------------------
 
-/// What the key "cell" names or holds, and where its keys are to be reported.
+/// The cell that the key "cell" names or holds, and the location of its keys for problems.
 struct CellSource {
   Place place;
   CellFile cell{};
   std::string bytes{};  // of its file, for the hash
 };
 
-/// Where the text of a cell's file comes from.
+/// Source of the text of a cell's file.
 struct CellOrigin {
-  std::filesystem::path directory;     // that its name is relative to
+  std::filesystem::path directory;     // base of its relative name
   const PackSources* given = nullptr;  // instead of a file
 };
 
@@ -42,7 +42,7 @@ Result<std::string, std::string> cell_text(const std::filesystem::path& file, co
   return origin.given->cell_text;
 }
 
-/// A cell that is a file of its own.
+/// Reads a cell from a file of its own.
 CellSource load_cell(const JsonValue& name, const Place& key_place, const CellOrigin& origin, ProblemList& problems) {
   const FieldInfo file_name{.key = "cell", .min = 1, .max = 4'096, .type = FieldType::text};
   CellSource source{.place = key_place};
@@ -80,7 +80,7 @@ CellSource read_cell_source(const JsonValue& root, const Place& root_place, cons
 
 // --- modules --------------------------------------------------------------------------------------------------------
 
-/// Takes modules over as they come, and remembers who has which node.
+/// Reads the modules in order, and tracks which element uses which node.
 class ModuleReader {
  public:
   ModuleReader(FixedVector<ModuleConfig, modules_max>& modules, ProblemList& problems)
@@ -130,7 +130,7 @@ class ModuleReader {
     }
   }
 
-  /// One for each node, in their order; null where it is to be remembered.
+  /// Serial numbers, one for each node in their order; null if it is to be remembered.
   std::vector<std::optional<std::uint32_t>> read_serials(const JsonValue& value, std::size_t count,
                                                          const Place& value_place) {
     std::vector<std::optional<std::uint32_t>> serials(count);
@@ -151,7 +151,7 @@ class ModuleReader {
     return serials;
   }
 
-  /// Once each node is taken there is no room either: more than 63 modules cannot have different nodes.
+  /// The capacity suffices: more than 63 modules cannot have different nodes.
   void add(const JsonValue& shown_node, const ModuleEntry& entry, const Place& place) {
     if (entry.node == 0) return;  // was reported as out of range
     std::string& owner = owner_of_node_.at(entry.node);
@@ -203,7 +203,7 @@ void read_modules(const JsonValue& root, const Place& root_place, CoreConfig& co
   for (std::size_t index = 0; index < list->size(); ++index) reader.read((*list)[index], place.at(index));
 }
 
-// --- the rest -------------------------------------------------------------------------------------------------------
+// --- other sections --------------------------------------------------------------------------------------------------
 
 template <class Target>
 void read_section(const JsonValue& parent, const Place& parent_place, const SectionInfo& section,
@@ -228,7 +228,7 @@ void read_limits(const JsonValue& root, const Place& root_place, LimitsConfig& l
   check_keys(*object, place, keys, problems);
 }
 
-/// Everything but the cell. The keys at the top are those of the tables, so that none can be forgotten here.
+/// Reads everything but the cell. The keys of the top level are those of the tables, so that none can be missing here.
 void read_pack(const JsonValue& root, const Place& place, PackConfig& pack, ProblemList& problems) {
   std::vector<std::string_view> keys = keys_of(pack_fields());
   keys.insert(keys.end(), std::begin(composite_keys), std::end(composite_keys));

@@ -1,7 +1,7 @@
-// A pack is one JSON file. Text goes in; a whole, valid configuration comes out, or every problem at once.
+// Reader of a pack file, which is JSON: gives a complete, valid configuration, or every problem at once.
 //
-// Comments (// and /* */) may stand anywhere, a key nobody knows is a problem, and a key that is a quantity ends with
-// its unit. A cell type is a file of its own (config/cells/), named relative to the pack file, or an object in place.
+// Comments (// and /* */) are allowed anywhere, an unknown key is a problem, and a key that is a quantity ends with its
+// unit. A cell type is a file of its own (config/cells/), named relative to the pack file, or an object in place.
 // docs/configuration.md lists every key with unit, range and default.
 #pragma once
 
@@ -15,17 +15,17 @@
 
 namespace bmu {
 
-/// Gives the buses other names than the file has, as the command line may: what is one bus follows from them.
+/// Gives the buses other names than the file has, as the command line may: the names determine which roles share a bus.
 void set_buses(PackConfig& pack, const BusNames& names);
 
-/// Reads and checks a pack file and the cell file it names. Never throws; reports all problems, not the first.
+/// Reads and checks a pack file and the cell file it names. Never throws; reports all problems, not only the first.
 [[nodiscard]] Result<PackConfig, ConfigProblems> load_pack_config(const std::filesystem::path& file);
 
-/// The same from text; `directory` is where a cell file's name is relative to.
+/// The same from text; `directory` is the base of a cell file's relative name.
 [[nodiscard]] Result<PackConfig, ConfigProblems> parse_pack_config(std::string_view text, std::string_view file_name,
                                                                    const std::filesystem::path& directory);
 
-/// The same from texts alone: no file is looked at.
+/// The same from texts alone: no file is read.
 [[nodiscard]] Result<PackConfig, ConfigProblems> parse_pack_config(const PackSources& sources);
 
 }  // namespace bmu

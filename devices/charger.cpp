@@ -7,7 +7,7 @@ namespace {
 struct TroubleRow {
   ChargerTrouble trouble;
   std::string_view text;
-  bool is_normal_while_idle = false;  // while nothing is asked of the charger
+  bool is_normal_while_idle = false;  // while no charging is requested
 };
 constexpr std::array<TroubleRow, charger_trouble_count> trouble_rows{{
     {ChargerTrouble::hardware, "hardware failure"},

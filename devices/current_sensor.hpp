@@ -1,11 +1,11 @@
-// A sensor that tells the pack's current in frames of its own, whatever language it speaks.
+// Sensor that sends the pack current in frames of its own, independent of its protocol.
 //
 //   const CurrentSensorDriver& driver = *find_device("lem_cab")->current;
 //   if (const CurrentNews news = driver.take(frame); news.word == CurrentWord::value) use(news.current_mA);
 //
-// The sign is the sensor's own: which way round it is mounted the pack file says. A value that the sensor marks as
-// wrong, and one that it cannot have measured, is not valid, with the reason. `report` looks from the other side, for
-// emulated sensors; a test holds both against each other. Pure; some 20 ns a frame.
+// The sign is the sensor's own: the pack file gives its mounting direction. A value that the sensor marks as wrong, or
+// that it cannot have measured, is invalid, with the reason. `report` is the inverse function, for emulated sensors; a
+// test checks both against each other. Pure; about 20 ns per frame.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@
 namespace bmu {
 
 enum class CurrentWord : std::uint8_t {
-  none,     // not this sensor's
-  refused,  // under its identifier, and of a wrong length or form: nothing was taken from it
-  value,    // a current, or why there is none
+  none,     // not from this sensor
+  refused,  // its identifier with a wrong length or frame type: nothing was read from it
+  value,    // a current, or the reason why there is none
 };
 struct CurrentNews {
   CurrentWord word = CurrentWord::none;
@@ -31,7 +31,7 @@ struct CurrentSensorDriver {
   std::string_view name;  // of the device
   Duration period{};
   CurrentNews (*take)(const CanFrame& frame) = nullptr;
-  /// What it says of this current; of one that is not valid, that it is wrong.
+  /// Frame for this current; an invalid one is marked as wrong.
   CanFrame (*report)(const SignalValue& current_mA) = nullptr;
 };
 

@@ -1,10 +1,10 @@
-// A device that speaks a language of its own: a charger, an inverter, a sensor, the modules of a car.
+// A third-party device with its own protocol: a charger, an inverter, a sensor, the modules of a car.
 //
-// Everything one foreign protocol is lies in one folder here, named as the device is: its rows (NAME/NAME.hpp), how it
-// is driven or read (charger.hpp, inverter.hpp, current_sensor.hpp, sensor_set_up.hpp, insulation_monitor.hpp,
-// module_driver.hpp) and frames with their meaning (NAME/worked_frames.log, worked_frames.expected). A folder that has
-// NAME/NAME.hpp, and in it `device` in the namespace bmu::NAME, is in the list of devices (device_list.hpp): nothing
-// else is to be told of it.
+// Everything about one third-party protocol is in one folder here, with the name of the device: its rows
+// (NAME/NAME.hpp), its driver (charger.hpp, inverter.hpp, current_sensor.hpp, sensor_set_up.hpp,
+// insulation_monitor.hpp, module_driver.hpp) and frames with their meaning (NAME/worked_frames.log,
+// worked_frames.expected). A folder that has NAME/NAME.hpp, with `device` in the namespace bmu::NAME, is in the list of
+// devices (device_list.hpp) without any registration.
 #pragma once
 
 #include <cstdint>
@@ -31,23 +31,23 @@ enum class DeviceKind : std::uint8_t {
   cell_data,
 };
 
-/// As a person reads it: "charger", "current sensor".
+/// Display name: "charger", "current sensor".
 [[nodiscard]] std::string_view to_text(DeviceKind kind);
 
 struct Device {
-  std::string_view name;   // as its folder
-  std::string_view title;  // maker and type
+  std::string_view name;   // that of its folder
+  std::string_view title;  // manufacturer and type
   DeviceKind kind = DeviceKind::charger;
   const Catalogue* catalogue = nullptr;
-  const Catalogue* little_endian = nullptr;      // of one that may be configured for this byte order; or null
-  std::span<const std::uint32_t> bit_rates{};    // bit/s it may have, the usual one first
-  std::string_view meaning;                      // a line of what it is
-  const ChargerDriver* charger = nullptr;        // how a charger is driven
-  const InverterDriver* inverter = nullptr;      // how an inverter is told of its battery
-  const CurrentSensorDriver* current = nullptr;  // how a current is read that has frames of its own
-  const SensorSetUpDriver* set_up = nullptr;     // how a sensor's settings are read and given
-  const InsulationDriver* insulation = nullptr;  // how an insulation monitor is read
-  const ModuleDriver* modules = nullptr;         // how modules are asked
+  const Catalogue* little_endian = nullptr;      // for a device that can be configured for this byte order; or null
+  std::span<const std::uint32_t> bit_rates{};    // bit/s it supports, the usual one first
+  std::string_view meaning;                      // description in one line
+  const ChargerDriver* charger = nullptr;        // driver of a charger
+  const InverterDriver* inverter = nullptr;      // driver that sends the battery's data to an inverter
+  const CurrentSensorDriver* current = nullptr;  // driver of a current sensor with frames of its own
+  const SensorSetUpDriver* set_up = nullptr;     // driver that reads and writes a sensor's settings
+  const InsulationDriver* insulation = nullptr;  // driver of an insulation monitor
+  const ModuleDriver* modules = nullptr;         // driver that polls modules
 };
 
 inline constexpr std::uint32_t bit_rate_125k = 125'000;

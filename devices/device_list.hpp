@@ -1,5 +1,5 @@
-// All devices there are: one for each folder of devices/, sorted by name. The list is made when the project is
-// configured; a new folder is found by the next build.
+// All devices: one for each folder of devices/, sorted by name. The list is generated when the project is configured; a
+// new folder is found by the next build.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@ namespace bmu {
 
 [[nodiscard]] std::span<const Device* const> all_devices();
 
-/// The device of that name; null if there is none.
+/// The device with this name; null if there is none.
 [[nodiscard]] const Device* find_device(std::string_view name);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// Shorthand for the signals of foreign protocols, whose rows would else be mostly braces:
+// Shorthand for the signals of third-party protocols, whose rows would otherwise be mostly braces:
 //
 //   as_signed(field::little("battery_current_mA", 2, 2, field::tenth_of_A, codes))
 //
@@ -14,7 +14,7 @@ namespace bmu::field {
 
 using Codes = std::span<const SpecialCode>;
 
-/// What a field counts: its unit, and how much of it one raw count and raw 0 are.
+/// Unit of a field, and the values of one raw count and of raw 0.
 struct Quantity {
   Unit unit = Unit::none;
   std::int64_t scale = 1;
@@ -36,12 +36,12 @@ inline constexpr Quantity hundredth_of_Ah{Unit::uAs, uAs_per_Ah / 100};
 inline constexpr Quantity kOhm{Unit::Ohm, 1'000};
 inline constexpr Quantity whole_ms{Unit::ms, 1};
 
-/// Whole degrees, of which raw 0 is `zero_C`.
+/// Whole degrees; raw 0 is `zero_C`.
 [[nodiscard]] consteval Quantity degrees_from(std::int64_t zero_C) {
   return {Unit::dC, 10, zero_C * 10};
 }
 
-/// A number of whole bytes, the first the highest.
+/// A number of whole bytes, the first one highest.
 [[nodiscard]] consteval SignalSpec big(std::string_view name, unsigned first_byte, unsigned count, Quantity what = {},
                                        Codes special = {}) {
   return {.name = name,
@@ -52,7 +52,7 @@ inline constexpr Quantity whole_ms{Unit::ms, 1};
           .offset = what.offset,
           .special = special};
 }
-/// The same, the first the lowest.
+/// The same, the first one lowest.
 [[nodiscard]] consteval SignalSpec little(std::string_view name, unsigned first_byte, unsigned count,
                                           Quantity what = {}, Codes special = {}) {
   SignalSpec signal = big(name, first_byte, count, what, special);
@@ -69,7 +69,7 @@ inline constexpr Quantity whole_ms{Unit::ms, 1};
 [[nodiscard]] consteval SignalSpec flag(std::string_view name, unsigned at, unsigned in_byte) {
   return {.name = name, .first_bit = static_cast<std::uint8_t>(at * 8 + (7 - in_byte)), .bit_count = 1};
 }
-/// Some bits of a byte, from `highest` on down.
+/// `count` bits of a byte, from `highest` downwards.
 [[nodiscard]] consteval SignalSpec bits(std::string_view name, unsigned at, unsigned highest, unsigned count,
                                         std::span<const RawName> names = {}) {
   return {.name = name,
@@ -82,7 +82,7 @@ inline constexpr Quantity whole_ms{Unit::ms, 1};
   signal.is_signed = true;
   return signal;
 }
-/// Rounded so that never more is promised than there is.
+/// Rounded so that a limit never promises more than is available.
 [[nodiscard]] consteval SignalSpec as_limit(SignalSpec signal) {
   signal.rounding = Rounding::towards_zero;
   return signal;
@@ -95,7 +95,7 @@ inline constexpr Quantity whole_ms{Unit::ms, 1};
   signal.documented = {raw_min, raw_max};
   return signal;
 }
-/// Exists while the selector is `first`, or one of `count` values that are `step` from each other.
+/// Exists while the selector is `first`, or one of `count` values at a distance of `step`.
 [[nodiscard]] consteval SignalSpec when(unsigned first, SignalSpec signal, unsigned count = 1, unsigned step = 1) {
   signal.selected_by = static_cast<std::int16_t>(first);
   signal.selected_count = static_cast<std::uint8_t>(count);

@@ -1,10 +1,10 @@
-// What an insulation monitor tells over a bus, whatever language it speaks.
+// Reports of an insulation monitor on a bus, independent of its protocol.
 //
 //   const InsulationDriver& driver = *find_device("iso165c")->insulation;
 //   if (driver.take(frame, report) == MonitorWord::report) ...
 //
-// A report is taken as a whole. What follows from it is the core's (daemon/core/measurement/insulation_table.hpp).
-// `report` looks from the other side, for emulated monitors; a test holds both against each other. Pure.
+// A report is read completely or not at all. The core evaluates it (daemon/core/measurement/insulation_table.hpp).
+// `report` is the inverse function, for emulated monitors; a test checks both against each other. Pure.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +17,21 @@
 namespace bmu {
 
 struct MonitorReport {
-  SignalValue resistance_Ohm;    // not known while it is none of now: tested, calibrated, outdated, switched off
-  bool is_low = false;           // below its own threshold of an error
-  bool is_warning = false;       // below that of its warning
-  bool is_earth_lost = false;    // its own connection to the chassis
-  bool is_faulty = false;        // itself, or two parts of it that do not hear each other
-  bool is_off = false;           // it was told not to measure
-  bool is_testing = false;       // itself, or is being calibrated
-  bool is_test_pending = false;  // it has not tested itself yet since it was switched on
+  SignalValue resistance_Ohm;    // unknown while not current: during a test or calibration, outdated, switched off
+  bool is_low = false;           // below the error threshold of the monitor
+  bool is_warning = false;       // below its warning threshold
+  bool is_earth_lost = false;    // the monitor's own connection to the chassis
+  bool is_faulty = false;        // the monitor itself, or two parts of it that do not receive each other
+  bool is_off = false;           // commanded not to measure
+  bool is_testing = false;       // self-test or calibration in progress
+  bool is_test_pending = false;  // no self-test yet since it was switched on
 
   friend constexpr bool operator==(const MonitorReport&, const MonitorReport&) = default;
 };
 
 enum class MonitorWord : std::uint8_t {
-  none,     // not this monitor's
-  refused,  // under its identifier, and of a wrong length or form: nothing was taken from it
+  none,     // not from this monitor
+  refused,  // its identifier with a wrong length or frame type: nothing was read from it
   report,
 };
 

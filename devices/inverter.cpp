@@ -13,7 +13,7 @@ constexpr std::int64_t cleared = 2;
 static_assert(item_count == static_cast<std::size_t>(BatteryAlarm::communication),
               "35Ah has an item for each alarm but the last");
 
-/// A communication that fails is an internal error to who has no word for it.
+/// A communication failure counts as an internal error in protocols without an item for it.
 std::uint16_t as_items(std::uint16_t alarms) {
   const bool has_failed = (alarms & bit_of(BatteryAlarm::communication)) != 0;
   return has_failed ? alarms | bit_of(BatteryAlarm::internal) : alarms;
@@ -24,13 +24,13 @@ SignalValue as_told(const SignalValue& current_mA, const InverterOptions& option
   return known(-current_mA.value);
 }
 
-/// Whether b6-7 of 351h are the lowest voltage in this form, and not what some batteries fill on their own account.
+/// Whether b6-7 of 351h are the discharge voltage limit in this protocol, and not just filled by some batteries.
 bool has_discharge_voltage(const MessageSpec& limits) {
   constexpr std::uint8_t length_without = 6;
   return limits.shortest() > length_without;
 }
 
-/// A voltage or current beyond the field is not known rather than the largest number that fits.
+/// A voltage or current beyond the range of its field becomes unknown rather than the largest number that fits.
 SignalValue as_carried(const SignalSpec& signal, const SignalValue& value) {
   if (!value.is_valid()) return value;
   const RawRange range = raw_range(signal);
@@ -56,7 +56,7 @@ CanFrame limits_frame(const MessageSpec& message, const BatteryReport& report, c
   encode_signal(charge_current_limit, known(report.charge_limit_mA), frame.data);
   encode_signal(discharge_current_limit, known(report.discharge_limit_mA), frame.data);
   if (!has_discharge_voltage(message)) return frame;
-  // Rounded up: a step below would let the cells be emptied further.
+  // Rounded up: a step below would allow the cells to be discharged further.
   const std::int64_t step_mV = discharge_voltage_limit.scale;
   const std::int64_t up_mV = (report.discharge_voltage_limit_mV + step_mV - 1) / step_mV * step_mV;
   encode_signal(discharge_voltage_limit, known(up_mV), frame.data);

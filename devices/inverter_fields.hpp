@@ -1,15 +1,15 @@
-// What the inverters that understand "351h to 35Fh" have in common: little-endian, 500 kbit/s, and these four frames.
+// Common definitions of the inverters with "351h to 35Fh": little-endian, 500 kbit/s, and these four frames.
 //
-// A field that a used frame does not use is 8000h if it is signed and FFFFh if not. That is SMA's rule; the others
-// state none, and none of these numbers could be one of theirs.
+// An unused field of a used frame is 8000h if it is signed and FFFFh if not. That is SMA's rule; the others state none,
+// and none of these numbers is a possible value of theirs.
 //
 // Batteries differ in the steps of 355h and 356h. In captures b4-5 of 355h are hundredths of a percent with SMA, REC
 // and Victron, tenths with Orion, and 0 = not filled with BYD, Discover and LG: a 0 there is never 0.00 %. The voltage
-// of 356h is in hundredths of a volt with SMA, Victron, Pylontech, BYD and LG, and in tenths with Discover and Orion.
-// Which one it is cannot be seen in a frame: each form has rows of its own.
+// of 356h is in hundredths of a volt with SMA, Victron, Pylontech, BYD and LG, and in tenths with Discover and Orion. A
+// frame does not show which one it is: each protocol has rows of its own.
 //
 // The current of 356h is positive while the battery charges with BYD, LG, Pylontech and CAN-SMART, in captures at a
-// known discharge; Orion's DBC has it the other way round. The rows carry what is on the wire; the sender has to know.
+// known discharge; Orion's DBC has the opposite sign. The rows carry the sign on the wire; the sender must apply it.
 #pragma once
 
 #include "devices/fields.hpp"
@@ -19,7 +19,7 @@ namespace bmu::inverter {
 
 inline constexpr SpecialCode no_s16[] = {{-0x8000, Validity::unknown}};
 inline constexpr SpecialCode no_u16[] = {{0xFFFF, Validity::unknown}};
-/// Of a field that some batteries leave at 0.
+/// Codes of a field that some batteries leave at 0.
 inline constexpr SpecialCode no_u16_or_unfilled[] = {{0xFFFF, Validity::unknown}, {0, Validity::not_fitted}};
 
 inline constexpr SignalSpec charge_voltage_limit =
@@ -31,7 +31,7 @@ inline constexpr SignalSpec discharge_current_limit =
 inline constexpr SignalSpec discharge_voltage_limit =
     field::little("discharge_voltage_limit_mV", 6, 2, field::tenth_of_V, no_u16);
 
-/// Of a form whose paper does not use b6-7: some batteries fill it.
+/// For a protocol without b6-7 in its document: some batteries fill it.
 inline constexpr SignalSpec optional_discharge_voltage_limit =
     field::little("discharge_voltage_limit_mV", 6, 2, field::tenth_of_V, no_u16_or_unfilled);
 
@@ -58,8 +58,9 @@ inline constexpr SignalSpec coarse_measurement_signals[] = {
     measurement_signals[2],
 };
 
-/// Of 35Ah: each item has two bits, which say that it came or went; the other two patterns say nothing. Batteries send
-/// AAh in all bytes (all cleared), or a mixture of 10b with 11b or 00b, while nothing is wrong.
+/// Items of 35Ah: each has two bits, which indicate that it was raised or cleared; the other two patterns have no
+/// meaning. Batteries send AAh in all bytes (all cleared), or a mixture of 10b with 11b or 00b, while no alarm is
+/// raised.
 inline constexpr RawName item_names[] = {{0, "no change"}, {1, "raised"}, {2, "cleared"}, {3, "no change"}};
 
 /// Alarms in b0 to b3, the same items as warnings in b4 to b7; the last three of each are not used.
@@ -92,7 +93,7 @@ inline constexpr SignalSpec item_signals[] = {
     field::bits("imbalance_warning", 7, 1, 2, item_names),
 };
 
-/// What GX devices send under 307h, besides 305h.
+/// Content of 307h, which GX devices send besides 305h.
 inline constexpr std::int64_t gx_mark = 0x56'49'43;  // "VIC"
 inline constexpr std::int64_t gx_number = 0x12'34'56'78;
 inline constexpr SignalSpec gx_signals[] = {field::big("number", 0, 4),

@@ -1,8 +1,8 @@
-// How an emulated device of another maker says a value that it may not have.
+// Encoding of a value that may be missing, for emulated third-party devices.
 //
-// Many fields of other makers have no code for "there is none", and what their devices say instead is not known. Here
-// they say the highest number that is no code, which a field with a documented range must not hold, so that nobody
-// takes it for a value. What is out of range is said so, too.
+// Many third-party fields have no code for "no value", and the number that their devices send instead is unknown. Here
+// the highest number is sent that is no code; a field with a documented range does not allow it, so that no receiver
+// takes it for a value. A value that is out of range is sent in the same way.
 #pragma once
 
 #include "protocol/signal.hpp"

@@ -1,21 +1,21 @@
-// What the modules of another maker are asked and say, whatever language they speak, and what a device says of that
-// language.
+// Questions to third-party modules and their answers, independent of their protocol, and the driver that a device has
+// for its protocol.
 //
 //   const ModuleDriver& driver = *find_device("i3_csc")->modules;
 //   send(driver.ask({.node = 3, .bleed_above_uV = 4'034'000}, round, options));   // each module, or all, once a round
 //   const ModuleReport report = driver.take(frame, options);                      // each frame that passed its checks
 //
-// Nodes count from 1 here, as our own modules do; a driver knows how its maker counts. Rounds count from 0 after a
-// start: the first few may have to say something else (`start_rounds`), and modules answer nothing then.
+// Nodes count from 1 here, like those of MMUs; a driver converts to the numbers of its manufacturer. Rounds count from
+// 0 after a start: the first ones may need other contents (`start_rounds`), which modules do not answer in full.
 //
-// Whose cells are bled such a module decides by itself: those above a voltage it is told. It is told so with every
-// question, or not; there is no other word for it.
+// Such a module selects the cells to bleed by itself: those above a voltage that it is sent. Every question has this
+// voltage, or none; there is no other command for it.
 //
-// The two functions that look from the other side, `question_of` and `answers`, are for what is sent through a gate and
-// for emulated modules; a test holds each pair against each other. Checksums, counters and lengths are the business of
-// the rows (protocol/receive_check.hpp), not of `take`.
+// The two inverse functions, `question_of` and `answers`, are for the output gate and for emulated modules; a test
+// checks each pair against each other. Checksums, counters and lengths are checked by the rows
+// (protocol/receive_check.hpp), not by `take`.
 //
-// Pure; some 100 ns a frame.
+// Pure; about 100 ns per frame.
 #pragma once
 
 #include <array>
@@ -35,25 +35,25 @@ inline constexpr std::size_t foreign_cells_max = 12;
 inline constexpr std::size_t foreign_cells_per_frame_max = 4;
 inline constexpr std::size_t foreign_temperatures_max = 5;
 
-/// What sources do not agree on: a pack file says how it is of its modules, else the default holds.
+/// Settings on which sources disagree: the pack file gives those of its modules, otherwise the defaults apply.
 struct ModuleOptions {
   std::int32_t temperature_offset_dC = -500;  // of raw 0 (Outlander)
   bool swaps_cell_frames = false;             // cells 5 to 8 come first (Outlander)
-  bool idle_as_others = false;                // an idle command says 0 and not what the car says (i3)
+  bool idle_as_others = false;  // idle commands with 00h in b4 as from other masters, not 20h as from the car (i3)
 };
 
 struct ModuleQuestion {
   std::uint8_t node = 0;  // 0: all
   bool wants_voltages = true;
   bool wants_temperatures = true;
-  bool is_start = false;                         // one of those a start begins with, which nobody answers in full
-  std::optional<std::int32_t> bleed_above_uV{};  // nothing: no cell is to be bled
-  std::optional<std::int32_t> idle_target_uV{};  // the lowest cell, sent with balancing off by a maker that does so
+  bool is_start = false;                         // a question of a start round, which no module answers in full
+  std::optional<std::int32_t> bleed_above_uV{};  // none: no cell is bled
+  std::optional<std::int32_t> idle_target_uV{};  // the lowest cell, sent with balancing off in protocols that do so
 
   friend constexpr bool operator==(const ModuleQuestion&, const ModuleQuestion&) = default;
 };
 
-/// The frames of an answer, by what they say. The number is the bit in a set of them.
+/// Frames of an answer, by content. The number is the bit in a set of them.
 enum class ModulePart : std::uint8_t { status, cells_1, cells_2, cells_3, cells_4, temperatures, voltage };
 
 using ModuleParts = std::uint8_t;
@@ -61,12 +61,12 @@ using ModuleParts = std::uint8_t;
   return static_cast<ModuleParts>(1U << static_cast<unsigned>(part));
 }
 
-/// What one frame says. A frame may have several parts in one.
+/// Content of one frame. A frame may have several parts in one.
 struct ModuleReport {
-  std::uint8_t node = 0;  // 0: not a word of a module
+  std::uint8_t node = 0;  // 0: not from a module
   ModuleParts parts = 0;
   std::uint16_t bleeding_cells = 0;  // with `status`; cell 1 lowest
-  std::uint32_t errors = 0;          // with `status`: the module's own word for what is wrong; 0: nothing
+  std::uint32_t errors = 0;          // with `status`: the module's own error bits; 0: no error
   std::uint8_t first_cell = 0;       // of the voltages, from 0
   FixedVector<SignalValue, foreign_cells_per_frame_max> cell_voltage_uV;
   FixedVector<SignalValue, foreign_temperatures_max> cell_temperature_dC;  // with `temperatures`
@@ -74,12 +74,12 @@ struct ModuleReport {
   SignalValue stack_voltage_mV;                                            // with `voltage`
 };
 
-/// Numbers that the field must not hold, of a module with so many cells and sensors at them: what it says of others is
-/// nobody's.
+/// Number of values out of range, in a module with this number of cells and cell sensors: values of further ones are
+/// not counted.
 [[nodiscard]] std::size_t values_out_of_range(const ModuleReport& report, std::size_t cell_count,
                                               std::size_t temperature_count);
 
-/// What an emulated module has measured.
+/// Measurements of an emulated module.
 struct ModuleMeasurements {
   std::array<SignalValue, foreign_cells_max> cell_voltage_uV{};
   std::array<SignalValue, foreign_temperatures_max> cell_temperature_dC{};
@@ -94,33 +94,33 @@ using ModuleFrames = FixedVector<CanFrame, 12>;
 struct ModuleDriver {
   std::string_view name;  // of the device
   const Catalogue* catalogue = nullptr;
-  std::uint8_t node_max = 0;    // 1 to this
-  std::uint8_t maker_less = 0;  // the maker's number of a node is this much lower
+  std::uint8_t node_max = 0;    // nodes are 1 to this
+  std::uint8_t maker_less = 0;  // subtracted from a node to get the manufacturer's number
   std::uint8_t cell_count_max = 0;
   std::uint8_t temperature_count_max = 0;
   bool has_board_temperature = false;
-  bool asks_each = false;  // a question for each module; else one for all
+  bool asks_each = false;  // one question for each module; otherwise one for all
   std::uint8_t start_rounds = 0;
   std::uint8_t frames_per_answer = 0;
-  Duration round_min{};      // never asked more often
-  Duration round_max{};      // nor more seldom: nobody knows what it does with the bleeding then
-  Duration answer_after{};   // an answer sooner than this is one to the question before
-  Duration answer_within{};  // it has begun by then
-  /// A voltage may be so much older than the question that brought it: the round of the car, as modules measure by
-  /// themselves and say nothing of when.
+  Duration round_min{};      // questions are never more frequent
+  Duration round_max{};      // nor less frequent: the effect on the bleeding would be unknown
+  Duration answer_after{};   // an answer earlier than this belongs to the previous question
+  Duration answer_within{};  // an answer has started by then
+  /// Maximum age of a voltage when the question is sent that it answers: the round of the car, because modules measure
+  /// by themselves and do not report when.
   Duration sample_age_max{};
   bool has_checksum = false;
   bool tells_stack_voltage = false;
   bool tells_errors = false;
 
-  /// What a module of so many cells answers to a question for everything.
+  /// Parts of the answer of a module with `cell_count` cells to a question for everything.
   ModuleParts (*parts_of)(std::uint8_t cell_count) = nullptr;
   CanFrame (*ask)(const ModuleQuestion& question, std::uint32_t round, const ModuleOptions& options) = nullptr;
   ModuleReport (*take)(const CanFrame& frame, const ModuleOptions& options) = nullptr;
 
-  /// The other way: what a question asks, if the frame is one.
+  /// Inverse of `ask`: the content of a question, if the frame is one.
   std::optional<ModuleQuestion> (*question_of)(const CanFrame& frame) = nullptr;
-  /// And what a module answers to it; `counter` where there is one.
+  /// Inverse of `take`: the answer of a module to a question; `counter` if the protocol has one.
   ModuleFrames (*answers)(std::uint8_t node, const ModuleQuestion& question, const ModuleMeasurements& measured,
                           std::uint8_t counter, const ModuleOptions& options) = nullptr;
 };

@@ -1,9 +1,9 @@
-// The members of a plain struct in their order, without naming them: for what has to treat each of them alike.
+// Access to the members of a plain struct in declaration order without naming them, for code that treats all alike.
 //
 //   take_fields(pack_state, [](auto&... fields) { (write(fields), ...); });
 //
-// For aggregates of up to `aggregate_fields_max` members, without base classes and C arrays. How many there are is
-// found out by trying how many initialisers the struct takes; a struct with more does not compile.
+// For aggregates of up to `aggregate_fields_max` members, without base classes and C arrays. The number of members is
+// determined by testing how many initialisers the struct accepts; a struct with more does not compile.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ inline constexpr std::size_t aggregate_fields_max = 40;
 
 namespace aggregate {
 
-/// Becomes whatever a member is; never the struct itself, which would be its copy.
+/// Converts to the type of any member, but not to the struct itself, which would be its copy.
 template <class Struct>
 struct AnyField {
   template <class Field>
@@ -47,7 +47,7 @@ consteval std::size_t count() {
 template <class Struct>
 inline constexpr std::size_t field_count = aggregate::count<std::remove_cv_t<Struct>>();
 
-/// Calls `take` with references to all members, and returns what it returns.
+/// Calls `take` with references to all members and returns its result.
 template <class Struct, class Take>
 constexpr decltype(auto) take_aggregate_fields(Struct& value, Take&& take) {
   constexpr std::size_t count = field_count<Struct>;

@@ -1,11 +1,11 @@
-// BMU_ASSERT: what must hold if our own code is right. Always on. A violated one aborts: the contactor command then
-// expires at the receiver within 200 ms and the pack is open, which beats going on with a state nobody understands.
+// BMU_ASSERT: checks an invariant of the program's own code. Always active. A violation aborts: the contactor command
+// then expires at the receiver within 200 ms and the pack opens, which is safer than continuing in an undefined state.
 #pragma once
 
 namespace bmu {
 
-/// Says what does not hold on stderr and aborts. Who links these parts into something without either defines it
-/// himself, before the library; it must not return.
+/// Prints the failed expression on stderr and aborts. A target without stderr or abort() links its own definition
+/// before this library; it must not return.
 [[noreturn]] void assertion_failed(const char* expression, const char* file, int line);
 
 }  // namespace bmu

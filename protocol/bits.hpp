@@ -1,10 +1,10 @@
 // Bit fields in the eight data bytes of a frame, and the checksums over them.
 //
-// A field is named by its first bit. Big-endian fields begin with their most significant bit, counted in the order of
-// transmission: bit 0 is the most significant bit of b0, bit 63 the least significant of b7; `bit(2, 7)` is "b2 .7" of
-// the protocol. Little-endian fields begin with their least significant bit, counted from the least significant bit of
-// b0 on: `bit_le(2, 7)` is the same place. Either way a field is a run of bits, and one of whole bytes begins with
-// `byte(n)`.
+// A field is identified by its first bit. Big-endian fields start with their most significant bit, counted in the order
+// of transmission: bit 0 is the most significant bit of b0, bit 63 the least significant of b7; `bit(2, 7)` is "b2 .7"
+// of the protocol. Little-endian fields start with their least significant bit, counted from the least significant bit
+// of b0 on: `bit_le(2, 7)` is the same bit. In both cases a field is a run of bits, and a field of whole bytes starts
+// with `byte(n)`.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ enum class ByteOrder : std::uint8_t { big, little };
 [[nodiscard]] consteval std::uint8_t bit_le(unsigned byte, unsigned in_byte) {
   return static_cast<std::uint8_t>(byte * 8 + in_byte);
 }
-/// First bit of a field that begins with a whole byte.
+/// First bit of a field that starts with a whole byte.
 [[nodiscard]] consteval std::uint8_t byte(unsigned byte_index) {
   return static_cast<std::uint8_t>(byte_index * 8);
 }
@@ -57,7 +57,7 @@ using FrameBytes = std::array<std::uint8_t, 8>;
   return extract_bits(load_big_endian(bytes), first_bit, bit_count, order);
 }
 
-/// The bits a field takes, as ones in load_big_endian of the bytes.
+/// Mask of the bits of a field in the word that load_big_endian returns.
 [[nodiscard]] constexpr std::uint64_t occupied_bits(unsigned first_bit, unsigned bit_count, ByteOrder order) {
   return order == ByteOrder::big ? mask_of(bit_count) << (64 - first_bit - bit_count)
                                  : __builtin_bswap64(mask_of(bit_count) << first_bit);
@@ -72,7 +72,7 @@ constexpr void insert_bits(FrameBytes& bytes, unsigned first_bit, unsigned bit_c
   bytes = store_big_endian((load_big_endian(bytes) & ~place) | run);
 }
 
-/// Two's complement of a field of `bit_count` bits; the bits of `raw` above it are 0.
+/// Value of a two's complement field of `bit_count` bits. Precondition: the bits of `raw` above it are 0.
 [[nodiscard]] constexpr std::int64_t sign_extend(std::uint64_t raw, unsigned bit_count) {
   const std::uint64_t sign = mask_of(bit_count) ^ (mask_of(bit_count) >> 1);
   return static_cast<std::int64_t>((raw ^ sign) - sign);
@@ -95,8 +95,8 @@ inline constexpr auto crc8_1d_table = make_crc8_table(0x1D);
 
 }  // namespace detail
 
-/// CRC-8H2F: polynomial 2Fh, start FFh, final XOR FFh, not reflected. Of the usual 8-bit polynomials it keeps a
-/// Hamming distance of 4 over all lengths that occur here (up to 14 protected bytes); 1Dh keeps only 3.
+/// CRC-8H2F: polynomial 2Fh, start FFh, final XOR FFh, not reflected. Among the usual 8-bit polynomials it keeps a
+/// Hamming distance of 4 over all lengths used here (up to 14 protected bytes); 1Dh keeps only 3.
 class Crc8H2F {
  public:
   constexpr void add(std::uint8_t one) { crc_ = detail::crc8h2f_table[crc_ ^ one]; }
@@ -111,7 +111,7 @@ namespace detail {
 /// The identifier's two bytes and b0 to b6.
 inline constexpr std::size_t protected_bytes = 9;
 
-/// What a byte changes in the checksum, by the number of bytes behind it.
+/// Contribution of a byte to the checksum, by the number of bytes that follow it.
 inline constexpr auto crc8h2f_of_place = [] {
   std::array<std::array<std::uint8_t, 256>, protected_bytes> table{crc8h2f_table};
   for (std::size_t place = 1; place < protected_bytes; ++place) {
@@ -127,9 +127,9 @@ inline constexpr std::uint8_t crc8h2f_of_zeros = [] {
 
 }  // namespace detail
 
-/// Checksum of an internal frame: the identifier, high byte first, then b0 to b6. A frame that shows up under another
-/// identifier therefore fails as well. Crc8H2F over these nine bytes, as a sum: looked up each by its place, none waits
-/// for the one before.
+/// Checksum of an internal frame: Crc8H2F over the identifier, high byte first, then b0 to b6. A frame received under
+/// another identifier therefore fails as well. Computed as the XOR of one table entry per byte, selected by its
+/// position, so that no lookup depends on the previous one.
 [[nodiscard]] constexpr std::uint8_t frame_crc(const CanFrame& frame) {
   const auto& of_place = detail::crc8h2f_of_place;
   unsigned crc = detail::crc8h2f_of_zeros;

@@ -1,15 +1,14 @@
-// A classic CAN frame as bits on the wire (ISO 11898-1): how long it is, exactly, and what the bits are.
+// Bits of a classic CAN frame on the wire (ISO 11898-1): the exact length and the bits themselves.
 //
 //   start of frame 1, identifier 11 (+ 2 + 18 when extended), remote 1, reserved 2, length 4, data, CRC 15   stuffed
 //   CRC delimiter 1, acknowledgement 1, its delimiter 1, end of frame 7                                       not
 //   between two frames 3
 //
-// Wherever five bits of the stuffed part are equal, the opposite one follows; it counts for the next five. So a length
-// depends on what is in a frame: 111 to 135 bits for an 11-bit identifier and eight bytes, the bits between two frames
-// included. Bits are bool, recessive true; the lower identifier therefore wins arbitration.
+// After five equal bits of the stuffed part, a bit of opposite value is inserted; it counts towards the next five. The
+// length therefore depends on the content: 111 to 135 bits for an 11-bit identifier and eight bytes, including the bits
+// between two frames. Bits are bool, recessive is true; the lower identifier therefore wins arbitration.
 //
-// Pure, no allocation. stuffed_bits() goes bit by bit, for who wants the bits; bits_on_wire() goes by tables, about 20
-// ns.
+// Pure, no allocation. stuffed_bits() works bit by bit and returns the bits; bits_on_wire() uses tables, about 20 ns.
 #pragma once
 
 #include <array>
@@ -26,18 +25,18 @@ inline constexpr std::int64_t can_bits_between_frames = 3;
 /// CRC delimiter, acknowledgement, its delimiter, end of frame.
 inline constexpr std::int64_t can_bits_of_trailer = 10;
 
-/// The stuffed part at its longest: 118 bits of an extended frame with eight bytes, and 29 stuff bits.
+/// The stuffed part at its maximum length: 118 bits of an extended frame with eight bytes, and 29 stuff bits.
 using CanBits = FixedVector<bool, 118 + 29>;
 
 /// The stuffed part of a data or remote frame, from the start of frame to the last stuff bit of its CRC. A remote frame
-/// has a length but no data. Of an error frame, which has no bits of this kind, nothing.
+/// has a length but no data. Empty for an error frame, which has no such bits.
 [[nodiscard]] constexpr CanBits stuffed_bits(const CanFrame& frame);
 
-/// All of a frame, the bits between it and the next included.
+/// Length of a whole frame, including the bits between it and the next.
 [[nodiscard]] constexpr std::int64_t bits_on_wire(const CanFrame& frame);
 
-/// The longest that a frame of so many bytes can be, whatever is in it: a stuff bit after the first five bits and then
-/// after each four. A bound that some frames reach and none passes.
+/// Maximum length of a frame with `bytes` data bytes, for any content: a stuff bit after the first five bits and then
+/// after every four. Some frames reach this bound, none exceeds it.
 [[nodiscard]] constexpr std::int64_t bits_on_wire_max(std::int64_t bytes, bool is_extended = false) {
   const std::int64_t stuffable = (is_extended ? 54 : 34) + 8 * bytes;
   return stuffable + (stuffable - 1) / 4 + can_bits_of_trailer + can_bits_between_frames;
@@ -51,13 +50,13 @@ static_assert(bits_on_wire_max(8) == 135);
 
 namespace can_bits_detail {
 
-/// Takes bits in their order; keeps the CRC and the run of equal bits along the way.
+/// Appends bits in order; tracks the CRC and the run of equal bits.
 class Writer {
  public:
   constexpr void put(std::uint32_t value, unsigned width) {
     for (unsigned left = width; left > 0; --left) put_bit(((value >> (left - 1)) & 1U) != 0);
   }
-  /// CRC-15 of what was put so far: polynomial 4599h, start value 0.
+  /// CRC-15 of the bits appended so far: polynomial 4599h, start value 0.
   [[nodiscard]] constexpr std::uint32_t crc() const { return crc_; }
   [[nodiscard]] constexpr const CanBits& bits() const { return bits_; }
 
@@ -102,8 +101,8 @@ constexpr CanBits stuffed_bits(const CanFrame& frame) {
 
 namespace can_bits_detail {
 
-/// How a run of equal bits goes on: three bits, .2 what the last bit was, .1-.0 how many there are of it, less one.
-/// Five there never are: a stuff bit has begun a new run by then.
+/// State of a run of equal bits, in three bits: .2 is the value of the last bit, .1-.0 the length of the run, less one.
+/// The length never reaches five: a stuff bit has started a new run by then.
 struct Run {
   std::uint8_t run = 0b000;
   std::uint8_t stuff_bits = 0;
@@ -117,9 +116,10 @@ struct Run {
   }
 };
 
-/// What a byte does to each of the eight runs, all in one number: for run r from bit 8 * r on, .7-.6 the stuff bits,
-/// .5-.3 the run behind it, .2-.0 zero. So the lower six bits are how far to shift for the next byte, which is all that
-/// processors look at: looking up waits for no run, and from run to run there is only a shift.
+/// Effect of a byte on each of the eight run states, packed into one number: for run r from bit 8 * r on, .7-.6 are the
+/// stuff bits, .5-.3 the run after the byte, .2-.0 zero. The lower six bits are therefore the shift count for the next
+/// byte, and processors evaluate only six bits of it: the lookup does not depend on the run, and only a shift leads
+/// from run to run.
 inline constexpr auto steps = [] {
   std::array<std::uint64_t, 256> table{};
   for (std::size_t byte = 0; byte != table.size(); ++byte) {
@@ -132,7 +132,7 @@ inline constexpr auto steps = [] {
   return table;
 }();
 
-/// Counts stuff bits, a byte at a time. Before the first there is one 0.
+/// Counts stuff bits byte by byte. The initial run is a single 0.
 class StuffCount {
  public:
   constexpr void put(std::uint8_t byte) {
@@ -146,8 +146,8 @@ class StuffCount {
   std::uint64_t count_at_bit_6_ = 0;
 };
 
-/// A CRC is a sum over its bytes, each by its place: looked up one by one, none waits for the other. Five bytes of
-/// header at most and eight of data; zeros in front change nothing, as the CRC starts with 0.
+/// The CRC is the XOR of one table entry per byte, selected by its position, so that no lookup depends on another. At
+/// most five bytes of header and eight of data; leading zeros change nothing, as the CRC starts with 0.
 inline constexpr std::size_t crc_places = 13;
 inline constexpr auto crc_of_place = [] {
   std::array<std::array<std::uint16_t, 256>, crc_places> table{};
@@ -161,7 +161,7 @@ inline constexpr auto crc_of_place = [] {
   return table;
 }();
 
-/// From the start of frame, which is a 0, to the length code: 19 bits, or 39.
+/// Header from the start of frame, which is a 0, to the length code: 19 bits, or 39 if extended.
 constexpr std::uint64_t header_of(const CanFrame& frame) {
   const std::uint64_t remote = frame.is_remote ? 1 : 0;
   if (!frame.is_extended) return (std::uint64_t{frame.id} << 7U) | (remote << 6U) | frame.length;
@@ -169,11 +169,12 @@ constexpr std::uint64_t header_of(const CanFrame& frame) {
          (remote << 6U) | frame.length;
 }
 
-/// What fills its first byte: bits that take turns and end with 1 are never stuffed and leave the start of frame alone.
+/// Padding of the first header byte: alternating bits that end with 1 add no stuff bit and leave the start of frame as
+/// is.
 constexpr std::uint64_t header_filling = 0b10101ULL << 19U;
 constexpr std::uint64_t extended_header_filling = 0b1ULL << 39U;
 
-/// CRC and stuff bits of a frame, byte by byte.
+/// Computes CRC and stuff bits of a frame, byte by byte.
 class Length {
  public:
   constexpr Length(const CanFrame& frame, std::size_t bytes)
@@ -182,7 +183,7 @@ class Length {
         filled_header_(header_ | (frame.is_extended ? extended_header_filling : header_filling)),
         bytes_(bytes) {}
 
-  /// The byte of the header that has so many behind it.
+  /// Adds the header byte that is followed by `behind` further ones.
   constexpr void put_header(std::size_t behind) {
     crc_ ^= crc_of_place[bytes_ + behind][(header_ >> (8 * behind)) & 0xFFU];
     stuff_.put(static_cast<std::uint8_t>(filled_header_ >> (8 * behind)));
@@ -192,8 +193,7 @@ class Length {
     stuff_.put(frame_->data[at]);
   }
   [[nodiscard]] constexpr std::int64_t bits() {
-    const std::uint32_t filled_crc =
-        (crc_ << 1U) | (~crc_ & 1U);  // the other bit behind the last is not stuffed either
+    const std::uint32_t filled_crc = (crc_ << 1U) | (~crc_ & 1U);  // an opposite bit after the last adds no stuff bit
     stuff_.put(static_cast<std::uint8_t>(filled_crc >> 8U));
     stuff_.put(static_cast<std::uint8_t>(filled_crc));
     const std::int64_t plain = 1 + (frame_->is_extended ? 38 : 18) + 8 * static_cast<std::int64_t>(bytes_) + 15;
@@ -209,7 +209,8 @@ class Length {
   StuffCount stuff_;
 };
 
-/// Eight bytes under an 11-bit identifier, as most frames are: nothing is counted or compared, places are constants.
+/// Eight bytes and an 11-bit identifier, the most common frame: no counting, no comparison, all positions are
+/// constants.
 template <std::size_t... At>
 constexpr std::int64_t bits_of_usual(const CanFrame& frame, std::index_sequence<At...> /*bytes*/) {
   Length length(frame, sizeof...(At));

@@ -57,9 +57,9 @@ constexpr std::uint8_t nibble_of(char letter) {
   return nibble_table[static_cast<std::uint8_t>(letter)];
 }
 
-/// Walks a line once. Every step answers whether it found what it wanted; if not, the first complaint is kept with the
-/// column and the steps behind it are not tried. Some steps first try what nearly every line has, eight letters at
-/// once: that either takes it all, or nothing and says nothing of why.
+/// Parser that walks a line once. Every step returns whether it found what it expected; if not, the first error is kept
+/// with its column and later steps are not tried. Some steps first try the most common form, eight characters at once:
+/// that either consumes all of it, or nothing and gives no reason.
 class Cursor {
  public:
   explicit Cursor(std::string_view line) : begin_(line.data()), at_(begin_), end_(begin_ + line.size()) {}
@@ -84,14 +84,14 @@ class Cursor {
     return true;
   }
 
-  /// One, or as many as bring names of buses to one length.
+  /// One space, or several where candump pads bus names to one length.
   bool expect_spaces() {
     if (!expect(' ', LogLineWanted::space)) return false;
     while (peek() == ' ') ++at_;
     return true;
   }
 
-  /// Up to `count_max` decimal digits; answers how many.
+  /// Parses up to `count_max` decimal digits and returns their number.
   int parse_digits(std::int64_t& number, int count_max) {
     int count = 0;
     for (; count < count_max && at_ < end_ && *at_ >= '0' && *at_ <= '9'; ++count, ++at_) {
@@ -100,8 +100,8 @@ class Cursor {
     return count;
   }
 
-  /// "(1700000000.123456)", as the lines of these decades begin: two times eight digits at once, the ninth and tenth
-  /// moved over the point. Any other time is left to parse_time.
+  /// "(1700000000.123456)", the form of present-day times: twice eight digits at once, the ninth and tenth moved over
+  /// the point. Any other time is left to parse_time.
   bool parse_usual_time(std::int64_t& time_us) {
     constexpr std::ptrdiff_t length = 19;
     if (!has(length) || at_[0] != '(' || at_[11] != '.' || at_[length - 1] != ')') return false;
@@ -129,7 +129,7 @@ class Cursor {
     return expect(')', LogLineWanted::closing_parenthesis);
   }
 
-  /// The first letters of the name are skipped at once, as far as they are ASCII.
+  /// The first characters of the name are skipped at once while they are ASCII.
   bool parse_bus(std::string_view& bus) {
     const char* const first = at_;
     if (has(letters_at_once)) at_ += marked_at_start(marks_between(load_letters(at_), '!', '~'));
@@ -141,7 +141,7 @@ class Cursor {
     return true;
   }
 
-  /// "143#": three digits up to 7FF, as nearly all have. Any other is left to parse_identifier.
+  /// "143#": three digits up to 7FF, the most common form. Any other is left to parse_identifier.
   bool parse_usual_identifier(CanFrame& frame) {
     constexpr std::ptrdiff_t length = 3;
     if (!has(length + 1) || at_[length] != '#') return false;
@@ -162,7 +162,7 @@ class Cursor {
     const auto digits = at_ - first;
     if (digits == xl_digits && begins_xl_payload()) {
       is_xl_ = true;
-      frame.id = id & 0x7FF;  // its priority; above it the number of the virtual network
+      frame.id = id & 0x7FF;  // the priority; the bits above it are the number of the virtual network
       return true;
     }
     if (digits != 3 && digits != 8) return fail(LogLineWanted::identifier);
@@ -183,7 +183,7 @@ class Cursor {
     return true;
   }
 
-  /// "#81:": five digits alone are a mistake.
+  /// "#81:"; five digits without it are an error.
   [[nodiscard]] bool begins_xl_payload() const { return end_ - at_ >= 4 && at_[0] == '#' && at_[3] == ':'; }
 
   bool parse_payload(LogLine& out) {
@@ -195,7 +195,7 @@ class Cursor {
     }
   }
 
-  /// Eight bytes, as most frames have them, at once. Less than that, or anything else, is left to parse_data.
+  /// Parses eight bytes at once, the most common case. Fewer, or anything else, is left to parse_data.
   std::size_t parse_eight_bytes(CanFrame& frame) {
     if (!has(2 * letters_at_once)) return 0;
     const std::uint64_t high = load_letters(at_);
@@ -227,7 +227,7 @@ class Cursor {
     return parse_raw_length_code(out);
   }
 
-  /// "_C" behind eight bytes: the length code 9 to F that really was on the wire, which still means eight.
+  /// "_C" after eight bytes: the length code 9 to F that was on the wire, which also means eight.
   bool parse_raw_length_code(LogLine& out) {
     if (peek() != '_') return true;
     ++at_;
@@ -245,8 +245,7 @@ class Cursor {
     return parse_long_data(fd_bytes_max, false, LogLineWanted::at_most_8_bytes);
   }
 
-  /// CAN XL: flags, type of service unit, acceptance field, then data, with a dot between bytes where somebody likes
-  /// it.
+  /// CAN XL: flags, service data unit type, acceptance field, then data, optionally with a dot between bytes.
   bool parse_xl(LogLine& out) {
     out.kind = LogLineKind::fd_frame;
     if (!skip_digits(2) || !expect(':', LogLineWanted::data_byte) || !skip_digits(2) ||
@@ -271,7 +270,7 @@ class Cursor {
     return true;
   }
 
-  /// " R" or " T", and for CAN FD " B" and " E"; trailing spaces are nobody's fault.
+  /// " R" or " T", and for CAN FD " B" and " E"; trailing spaces are accepted.
   bool parse_extras(Direction& direction) {
     for (; at_ < end_; ++at_) {
       if (*at_ == ' ') continue;
@@ -306,7 +305,7 @@ Result<LogLine, LogLineDamage> parse_log_line(std::string_view line) {
   Result<LogLine, LogLineDamage> parsed;
   if (says_nothing(line)) return parsed;
   Cursor cursor(line);
-  if (!cursor.parse(*parsed)) parsed = failure(cursor.damage());  // one way out: the answer is built where it is wanted
+  if (!cursor.parse(*parsed)) parsed = failure(cursor.damage());  // single return: the result is constructed in place
   return parsed;
 }
 

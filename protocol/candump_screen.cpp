@@ -20,13 +20,13 @@ bool is_hex(char letter) {
   return (letter >= '0' && letter <= '9') || (letter >= 'A' && letter <= 'F') || (letter >= 'a' && letter <= 'f');
 }
 
-/// "(2023-11", whatever comes behind it.
+/// "(2023-11", regardless of the text after it.
 bool begins_with_date(std::string_view text) {
   return text.size() > 5 && text[0] == '(' && text[5] == '-';
 }
 
-/// Walks a line once and writes it as one of a log. Each step answers whether it found what it expected; if not, the
-/// steps behind it are not tried.
+/// Walks a line once and rewrites it as a log line. Each step returns whether it found what it expected; if not, later
+/// steps are not tried.
 class Rewriter {
  public:
   Rewriter(std::string_view line, ScreenRoom& room) : line_(line), room_(&room) {}
@@ -40,7 +40,7 @@ class Rewriter {
   [[nodiscard]] bool has_length() const { return has_length_; }
   [[nodiscard]] LogLineDamage damage() const { return {wanted_, at_}; }
 
-  /// What damage of the log line is in the line that it was made of.
+  /// Maps an error in the log line to its position in the original line.
   [[nodiscard]] LogLineDamage origin_of(const LogLineDamage& damage) const {
     std::size_t next = 0;
     while (next < copy_count_ && copies_[next].to <= damage.column) ++next;
@@ -50,7 +50,7 @@ class Rewriter {
   }
 
  private:
-  /// Text that was copied as it is: damage in it has a place in the line.
+  /// Text that was copied unchanged: an error in it has a position in the original line.
   struct Copy {
     std::size_t from = 0;
     std::size_t to = 0;
@@ -68,7 +68,7 @@ class Rewriter {
     skip_spaces();
     return true;
   }
-  /// Up to the next of `ends`.
+  /// Remaining text up to the next character of `ends`.
   [[nodiscard]] std::string_view word(std::string_view ends = " ") const {
     return left().substr(0, left().find_first_of(ends));
   }
@@ -81,7 +81,7 @@ class Rewriter {
     std::array<char, 12> digits{};
     return write({digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr});
   }
-  /// As it is.
+  /// Copies the text unchanged.
   bool copy(std::string_view text) {
     copies_[copy_count_++] = {.from = at_, .to = length_};
     if (!write(text)) return false;
@@ -106,7 +106,7 @@ class Rewriter {
     return copy(left().substr(0, end + 1)) && (peek() == ' ' || fail(LogLineWanted::space));
   }
 
-  /// "(2023-11-14 22:13:20", as "(1700000000".
+  /// Rewrites "(2023-11-14 22:13:20" as "(1700000000".
   bool take_date() {
     const std::string_view text = left().substr(0, date_example.size());
     for (std::size_t index = 0; index < date_example.size(); ++index) {
@@ -138,7 +138,7 @@ class Rewriter {
     return write(" ") && copy(word()) && expect_spaces();
   }
 
-  /// "RX - -" or "TX B E", with -x.
+  /// "RX - -" or "TX B E", printed with -x.
   bool take_flags() {
     const std::string_view direction = word();
     if (direction != "RX" && direction != "TX") return true;
@@ -201,7 +201,7 @@ class Rewriter {
   }
   bool write_length_code() { return length_code_ == '\0' || (write("_") && write({&length_code_, 1})); }
 
-  /// What stands behind the bytes says nothing that they do not say.
+  /// Skips the text after the bytes, which is redundant.
   bool take_letters() {
     const std::size_t end_of_bytes = at_;
     skip_spaces();
@@ -223,7 +223,7 @@ class Rewriter {
   std::string_view line_;
   ScreenRoom* room_;
   std::size_t at_ = 0;
-  std::size_t length_ = 0;  // of what was written
+  std::size_t length_ = 0;  // of the rewritten line
   std::array<Copy, 4> copies_{};
   std::size_t copy_count_ = 0;
   LogLineWanted wanted_ = LogLineWanted::bus_name;
@@ -256,7 +256,7 @@ bool is_of_screen(std::string_view line) {
 
 std::optional<LostFrames> parse_lost_frames(std::string_view line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
-  /// Up to the next `end`, which is taken, too.
+  /// Consumes the text up to the next `end`, and `end` as well.
   const auto take_until = [&line](std::string_view end) -> std::optional<std::string_view> {
     const std::size_t at = line.find(end);
     if (at == std::string_view::npos) return std::nullopt;

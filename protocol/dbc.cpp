@@ -8,7 +8,7 @@
 namespace bmu {
 namespace {
 
-/// One BO_: a row for one node.
+/// One BO_ entry: a row for one node.
 struct Instance {
   const MessageSpec* message;
   std::uint8_t node;
@@ -19,7 +19,7 @@ struct Instance {
   }
 };
 
-/// Checksums are no signal of a row; a reader of the DBC still wants to see the byte.
+/// The checksum is not a signal of a row, but readers of the DBC need to see the byte.
 constexpr SignalSpec crc_signal{.name = "crc", .first_bit = byte(7), .bit_count = 8};
 
 std::string two_digits(unsigned number) {
@@ -80,7 +80,7 @@ std::string nodes_line(std::span<const Instance> instances) {
 }
 
 std::string range_text(const SignalSpec& signal) {
-  if (signal.bit_count == 64) return "[0|0]";  // eight letters or bytes: no number to have a range
+  if (signal.bit_count == 64) return "[0|0]";  // eight characters or bytes: not a number, no range
   const RawRange range = raw_range(signal);
   const auto shown = [&signal](std::int64_t raw) {
     return number(shown_value(signal, raw * signal.scale + signal.offset));
@@ -161,8 +161,8 @@ std::string value_names_of(const Instance& one) {
   return text;
 }
 
-/// The values of the selector for which a signal exists, where they are more than one; then all of its message need
-/// them.
+/// The values of the selector for which a signal exists. Written for all selected signals of a message if one of them
+/// has more than one value.
 std::string selections_of(const Instance& one) {
   const std::span<const SignalSpec> signals = one.message->signals;
   const auto is_many = [](const SignalSpec& signal) { return signal.selected_by >= 0 && signal.selected_count > 1; };

@@ -1,11 +1,11 @@
-// The messages of a catalogue as a DBC file, so that other tools (SavvyCAN, Kvaser, cantools, ...) read our buses.
+// Export of the messages of a catalogue as a DBC file for other tools (SavvyCAN, Kvaser, cantools, ...).
 //
-// DBC knows no "base + node": each message with a node becomes one BO_ for every node asked for, named like
-// CELLS_1_N03; a COMMAND to node 0, which is all of them, is COMMAND_ALL. Identifiers of 29 bits have bit 31 set, as
-// DBC has them. Values are scaled to the unit a person reads
-// (V, A, C), so names lose the token of the unit they are carried in: cell_voltage_1 in V. What a raw value means that
-// is no number (not fitted, unknown) stands in VAL_, as DBC has no better place; a plain DBC reader will still scale
-// it. The checksum, which is no signal of ours, is listed as `crc`.
+// DBC has no "base + node": each message with a node becomes one BO_ for every requested node, named like CELLS_1_N03;
+// a COMMAND to node 0, which addresses all nodes, is COMMAND_ALL. Identifiers of 29 bits have bit 31 set, as DBC
+// requires. Values are scaled to the displayed unit (V, A, C), so names lose the suffix of the unit they are carried
+// in: cell_voltage_1 in V. The meaning of a raw value that is not a number (not fitted, unknown) is listed in VAL_, as
+// DBC has no better place; a plain DBC reader still scales it. The checksum, which is not a signal of a row, is listed
+// as `crc`.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace bmu {
 
-/// Text of the DBC. `nodes` are the nodes to write, as the rows count them; a node 0 that is all of them is always
-/// written.
+/// Text of the DBC file. `nodes` are the nodes to write, numbered as in the rows; a node 0 that addresses all nodes is
+/// always written.
 [[nodiscard]] std::string dbc_text(const Catalogue& catalogue, std::span<const std::uint8_t> nodes);
 
 /// Number of the first bit as DBC counts: byte * 8 + bit in byte, of the most significant bit for big-endian fields,
@@ -27,7 +27,7 @@ namespace bmu {
   return signal.order == ByteOrder::big ? byte_index * 8 + (7 - signal.first_bit % 8U) : signal.first_bit;
 }
 
-/// A carried number in the unit shown, rounded once.
+/// A carried number converted to the displayed unit, rounded once.
 [[nodiscard]] constexpr double shown_value(const SignalSpec& signal, std::int64_t carried) {
   const UnitSpec& unit = spec_of(signal.unit);
   double steps_per_unit = 1.0;

@@ -1,5 +1,5 @@
-// Eight letters of a text in one number, the first one highest: what a loop asks of one letter after the other, a few
-// additions ask of all at once. For lines that come by the million.
+// Text as 64-bit words, eight characters at once, the first one highest: a few additions replace a loop over the
+// characters. For parsers of millions of lines.
 //
 //   const std::uint64_t letters = load_letters(at);      eight must be there
 //   if (are_hex(letters)) id = hex_number(letters);      "18FF50E5" is 18FF50E5h
@@ -30,11 +30,11 @@ inline constexpr std::size_t letters_at_once = 8;
   return std::uint64_t{0x0101'0101'0101'0101} * byte;
 }
 
-/// What marks a letter: bit 7 of its byte, where ASCII has nothing.
+/// Mark of a character: bit 7 of its byte, which ASCII does not use.
 inline constexpr std::uint64_t all_marks = eight_times(0x80);
 
-/// Marks the letters `low` to `high`, both ASCII. Seven bits of each are added to what carries into the eighth from
-/// `low` on, or from behind `high`, and never further.
+/// Marks the characters `low` to `high`, both ASCII. A constant is added to the lower seven bits of each byte, so that
+/// the sum carries into the eighth bit from `low` on, or above `high`, and never further.
 [[nodiscard]] constexpr std::uint64_t marks_between(std::uint64_t letters, char low, char high) {
   const std::uint64_t sevens = letters & ~all_marks;
   const std::uint64_t from_low = sevens + eight_times(0x80U - static_cast<unsigned char>(low));
@@ -42,12 +42,12 @@ inline constexpr std::uint64_t all_marks = eight_times(0x80);
   return from_low & ~behind_high & ~letters & all_marks;
 }
 
-/// How many letters have a mark before the first that has none.
+/// Number of marked characters before the first one without mark.
 [[nodiscard]] constexpr std::size_t marked_at_start(std::uint64_t marks) {
   return static_cast<std::size_t>(std::countl_zero(marks ^ all_marks)) / 8;
 }
 
-/// What a decimal digit is above '0', eight times. Of other letters bit 7 comes out, or 10 to 127.
+/// Values of eight decimal digits. Other characters give bit 7 set, or 10 to 127.
 [[nodiscard]] constexpr std::uint64_t above_zero(std::uint64_t letters) {
   return letters ^ eight_times('0');
 }
@@ -56,7 +56,7 @@ inline constexpr std::uint64_t all_marks = eight_times(0x80);
   return ((digits | (digits + eight_times(0x80 - 10))) & all_marks) == 0;
 }
 
-/// The number that eight decimal digits are. Neighbours are joined: to four numbers below 100, to two, to one.
+/// The number that eight decimal digits represent. Neighbours are joined to four numbers below 100, to two, to one.
 [[nodiscard]] constexpr std::uint32_t decimal_number(std::uint64_t letters) {
   const std::uint64_t ones = above_zero(letters);
   const std::uint64_t twos = (ones + (ones >> 8U) * 10) & 0x00FF'00FF'00FF'00FF;
@@ -65,13 +65,13 @@ inline constexpr std::uint64_t all_marks = eight_times(0x80);
 }
 
 [[nodiscard]] constexpr bool are_hex(std::uint64_t letters) {
-  constexpr std::uint64_t to_small = eight_times('a' - 'A');  // changes no digit and makes none
+  constexpr std::uint64_t to_small = eight_times('a' - 'A');  // leaves digits unchanged and creates none
   return (marks_between(letters, '0', '9') | marks_between(letters | to_small, 'a', 'f')) == all_marks;
 }
 
-/// The number that eight hexadecimal digits are, large letters or small.
+/// The number that eight hexadecimal digits represent, upper or lower case.
 [[nodiscard]] constexpr std::uint32_t hex_number(std::uint64_t letters) {
-  const std::uint64_t are_letters = (letters >> 6U) & eight_times(0x01);  // 'A' and 'a' end with 1, and are ten
+  const std::uint64_t are_letters = (letters >> 6U) & eight_times(0x01);  // low nibble of 'A' and 'a' is 1, value 10
   const std::uint64_t ones = (letters & eight_times(0x0F)) + are_letters * 9;
   const std::uint64_t twos = (ones | (ones >> 4U)) & 0x00FF'00FF'00FF'00FF;
   const std::uint64_t fours = (twos | (twos >> 8U)) & 0x0000'FFFF'0000'FFFF;

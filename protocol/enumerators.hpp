@@ -1,7 +1,7 @@
-// Whether a number is one of an enumeration's: for what reads an enumeration from outside.
+// Test whether a number is an enumerator of an enumeration, for code that reads enumerations from outside.
 //
-// Looked up among the first `enumerators_max` numbers, by the name the compiler gives each; one that has no name there
-// is none of the enumeration's. Cost: an index into a table made at compile time.
+// Covers the first `enumerators_max` numbers, by the name the compiler gives each; a number without a name is not an
+// enumerator. Cost: an index into a table made at compile time.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace enumerators {
 
 template <class Enum, Enum value>
 consteval bool has_name() {
-  // GCC and clang end it alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no enumerator;
-  // the name of an anonymous namespace has parentheses of its own.
+  // GCC and clang end this text alike: "... value = bmu::Port::vehicle]", and "... value = (bmu::Port)7]" for no
+  // enumerator; the name of an anonymous namespace contains parentheses as well.
   constexpr std::string_view text = __PRETTY_FUNCTION__;
   constexpr std::size_t close = text.rfind(')');
   return close == std::string_view::npos || close < text.rfind("= ") || text[close + 1] == ':';

@@ -1,5 +1,5 @@
-// All members of a thing in their order, for what has to treat each of them alike: to write down its state, to read it
-// again, to compare.
+// Access to all members of an object in declaration order, for code that treats all alike: to serialise its state, to
+// deserialise it, to compare.
 //
 //   class Counter {
 //     ...
@@ -11,12 +11,12 @@
 //   };
 //   take_fields(counter, [](auto&... fields) { (write(fields), ...); });
 //
-// A class names them, at its end; a plain struct does not have to (aggregate_fields.hpp). Whether one was forgotten
-// that makes the class larger, names_all_fields() can be asked: it works out how large the named ones make it.
-// `skipped` is for what is no state: the model somebody looks at, what follows from the configuration.
+// A class names its members at its end; a plain struct does not have to (aggregate_fields.hpp). names_all_fields()
+// detects a missing member that makes the class larger: it computes the size that the named ones give. `skipped` is for
+// members that are not state: a pointer to a model in use, values that follow from the configuration.
 //
-// What is read from outside may be anything. A class or struct that uses a member as an index, a divisor or the like
-// says what cannot be, and is asked after its members were read:
+// Data read from outside may have any value. A class or struct that uses a member as an index, a divisor or the like
+// validates it with this function, which is called after its members were read:
 //
 //   bool are_fields_possible() const { return head_ < ring_.size(); }
 #pragma once
@@ -29,7 +29,7 @@
 
 namespace bmu {
 
-/// Stands where a member stands that is not to be treated.
+/// Placeholder of a member that is excluded.
 template <class Field>
 struct Skipped {
   using type = Field;
@@ -56,13 +56,13 @@ inline constexpr bool is_skipped<Skipped<Field>> = true;
     return take(__VA_ARGS__);                                     \
   }
 
-/// For are_fields_possible: what is not a number is not within.
+/// For are_fields_possible: NaN is outside any range.
 [[nodiscard]] constexpr bool is_within(double value, double low, double high) {
   return value >= low && value <= high;
 }
 
 struct FieldAccess {
-  /// True where nothing is said against any value.
+  /// Result of are_fields_possible(); true for a type without it.
   template <class Thing>
   [[nodiscard]] static constexpr bool are_possible(const Thing& thing) {
     if constexpr (requires { thing.are_fields_possible(); }) {
@@ -71,7 +71,7 @@ struct FieldAccess {
       return true;
     }
   }
-  /// For who has to set something right once all members have been read.
+  /// Calls after_reading_fields(), if the type has it, once all members have been read.
   template <class Thing>
   static constexpr void after_reading(Thing& thing) {
     if constexpr (requires { thing.after_reading_fields(); }) thing.after_reading_fields();
@@ -112,7 +112,7 @@ struct TypeOf<Skipped<Field>> {
   using type = Field;
 };
 
-/// What a compiler makes of members in this order.
+/// Size that a compiler gives a class with members in this order.
 template <class... Field>
 consteval std::size_t size_of(FieldList<Field...>* /*types*/) {
   std::size_t size = 0;
@@ -128,8 +128,8 @@ consteval std::size_t size_of(FieldList<Field...>* /*types*/) {
 
 }  // namespace fields
 
-/// The members that are named, in their order, take all of its room. What hides in padding, as one bool behind another,
-/// is not seen.
+/// Whether the named members, in their order, account for the whole size of a class. A member that fits into padding,
+/// such as one bool after another, is not detected.
 template <class Thing>
 [[nodiscard]] consteval bool names_all_fields() {
   return fields::size_of(static_cast<FieldTypes<Thing>*>(nullptr)) == sizeof(Thing);

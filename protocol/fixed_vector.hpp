@@ -1,4 +1,4 @@
-// A vector with its room inside: what grows in the pure parts grows in here, and never on the heap.
+// Vector with fixed capacity and inline storage, for all growing data of the pure parts; never uses the heap.
 #pragma once
 
 #include <array>
@@ -13,12 +13,12 @@ class FixedVector {
  public:
   using value_type = T;
 
-  /// Appends. Room is a promise of the caller, who knows his worst case; breaking it is a bug.
+  /// Appends. The caller guarantees the capacity for its worst case; exceeding it is a bug (BMU_ASSERT).
   constexpr void push_back(const T& value) {
     BMU_ASSERT(size_ < Capacity);
     items_[size_++] = value;
   }
-  /// Appends if there is room; false if not.
+  /// Appends if the capacity allows; otherwise returns false.
   [[nodiscard]] constexpr bool try_push_back(const T& value) {
     if (size_ == Capacity) return false;
     items_[size_++] = value;

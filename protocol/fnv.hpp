@@ -1,5 +1,5 @@
-// FNV-1a, 64 bits: not against an attacker, but for telling two texts apart, and a damaged one from a whole one. Each
-// step is a bijection of the state, so that one changed byte always changes the result.
+// FNV-1a, 64 bits, to distinguish two texts and to detect a damaged one; no protection against an attacker. Each step
+// is a bijection of the state, so that one changed byte always changes the result.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace bmu {
 inline constexpr std::uint64_t fnv_start = 0xCBF2'9CE4'8422'2325;
 inline constexpr std::uint64_t fnv_prime = 0x0000'0100'0000'01B3;
 
-/// The hash of what was hashed so far and these bytes behind it.
+/// Hash of the bytes hashed so far followed by `bytes`.
 [[nodiscard]] constexpr std::uint64_t continue_fnv(std::uint64_t hash, std::string_view bytes) {
   for (const char c : bytes) {
     hash ^= static_cast<std::uint8_t>(c);

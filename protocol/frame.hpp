@@ -1,4 +1,4 @@
-// A classic CAN frame as the pure parts see it: the kernel's can_frame without its flag bits in the identifier.
+// Classic CAN frame as the pure parts use it: the kernel's can_frame without its flag bits in the identifier.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// All that a thing knows as bytes, and back: for a state that is to be gone on from by another process, another build,
-// another machine.
+// Serialisation of an object's state to bytes, and back, for a state that another process, another build or another
+// machine continues from.
 //
 //   std::vector<std::uint8_t> bytes(image_size(core_state));
 //   write_image(core_state, bytes);
@@ -7,19 +7,19 @@
 //   if (image_layout<CoreState>() != layout_of_file) ...          // written by a build whose state has other members
 //   if (const auto problem = read_image(bytes, core_state)) ...
 //
-// Members follow each other in their order, without gaps (fields.hpp): numbers of two's complement and IEEE 754 in
+// Members follow each other in their order, without gaps (fields.hpp): numbers in two's complement and IEEE 754 in
 // little-endian order, each as wide as its type, a size_t as 8 bytes; a bool and an enumeration as their number; times
-// as nanoseconds; an optional as a bool and, if it is there, what it holds; a variant as its alternative's number and
-// that alternative; a FixedVector as its size and its items. So an image is as long as what is in it.
+// as nanoseconds; an optional as a bool and, if it has one, its value; a variant as its alternative's number and that
+// alternative; a FixedVector as its size and its items. The length of an image therefore depends on its content.
 //
-// What is read is checked, since a checksum does not say who made it: a bool is 0 or 1, an enumeration one of its
-// enumerators, a size within its capacity, a variant's number one of its alternatives, and nothing is left over. Signed
-// numbers, times and floating-point numbers are so far from their limits (below) that sums and differences of them
-// stay within; infinity is none, "not a number" is one. What else a thing cannot have it says itself
-// (are_fields_possible, fields.hpp). What was refused half-way is left half written: read into something that can be
-// thrown away.
+// Input is validated, since a checksum does not prove its origin: a bool must be 0 or 1, an enumeration one of its
+// enumerators, a size within its capacity, a variant's number one of its alternatives, and no byte may remain. Signed
+// numbers, times and floating-point numbers must be so far from the limits of their type (below) that sums and
+// differences of them stay within; infinity is rejected, NaN is accepted. Further constraints are checked by the type
+// itself (are_fields_possible, fields.hpp). After an error the object is partly written: read into one that can be
+// discarded.
 //
-// No allocation. Cost: that of copying it, member by member; 2 to 3 ns each (docs/performance.md).
+// No allocation. Cost: that of copying the object member by member; 2 to 3 ns each (docs/performance.md).
 #pragma once
 
 #include <algorithm>
@@ -70,11 +70,11 @@ inline constexpr bool is_time_point = false;
 template <class Clock, class Length>
 inline constexpr bool is_time_point<std::chrono::time_point<Clock, Length>> = true;
 
-// What a number that is read may be, either side of 0.
+// Largest magnitude of a number that is read.
 inline constexpr std::int32_t int32_max = 1 << 30;                     // 1 073 V in uV, 1 MA in mA
 inline constexpr std::int64_t int64_max = std::int64_t{1} << 52;       // 1.2 million Ah in uAs
 inline constexpr std::int64_t instant_max_ns = std::int64_t{1} << 60;  // 36 years since the machine started
-inline constexpr std::int64_t span_max_ns = std::int64_t{1} << 62;     // from 1970 to 2116: one clock less another
+inline constexpr std::int64_t span_max_ns = std::int64_t{1} << 62;     // from 1970 to 2116: difference of two clocks
 inline constexpr double double_max = 1e15;
 
 template <class Number>
@@ -90,7 +90,7 @@ constexpr bool is_possible(Number number) {
   }
 }
 
-/// As wide in every image as anywhere: what is std::size_t here may be 32 bits there.
+/// Type of a number in an image, the same on every machine: std::size_t may have 32 bits elsewhere.
 template <class Number>
 using Wide = std::conditional_t<std::is_same_v<Number, std::size_t>, std::uint64_t, Number>;
 
@@ -107,7 +107,7 @@ constexpr Number from_bytes(std::array<std::uint8_t, sizeof(Number)> bytes) {
   return std::bit_cast<Number>(bytes);
 }
 
-/// Gives each number of a thing to `put`, in the order of the image.
+/// Passes each number of an object to `put`, in the order of the image.
 template <class T, class Put>
 constexpr void each_number(const T& value, Put& put) {
   if constexpr (is_skipped<T>) {
@@ -139,7 +139,7 @@ constexpr void each_number(const T& value, Put& put) {
 
 }  // namespace image
 
-/// How many bytes write_image() needs.
+/// Number of bytes that write_image() needs.
 template <class T>
 [[nodiscard]] constexpr std::size_t image_size(const T& value) {
   std::size_t size = 0;
@@ -148,7 +148,7 @@ template <class T>
   return size;
 }
 
-/// `to` has room for image_size(). Returns how much of it was written.
+/// Writes an image and returns its size. Precondition: `to` has at least image_size() bytes.
 template <class T>
 std::size_t write_image(const T& value, std::span<std::uint8_t> to) {
   std::size_t written = 0;
@@ -162,16 +162,16 @@ std::size_t write_image(const T& value, std::span<std::uint8_t> to) {
   return written;
 }
 
-/// What was wrong with an image.
+/// Error in an image.
 enum class ImageProblem : std::uint8_t {
-  too_short,   // it ends before everything is there
-  too_long,    // something is left over
+  too_short,   // the data ends before all members are read
+  too_long,    // bytes remain
   no_bool,     // neither 0 nor 1
-  no_word,     // a number that is none of its enumeration's
-  no_size,     // more items than there is room for
-  no_variant,  // an alternative that there is not
-  no_number,   // further from 0 than anything of its kind
-  no_state,    // numbers that the thing they belong to cannot have
+  no_word,     // no enumerator of the enumeration
+  no_size,     // more items than the capacity
+  no_variant,  // no alternative of the variant
+  no_number,   // beyond the bound of its type
+  no_state,    // members that their object cannot have (are_fields_possible)
 };
 [[nodiscard]] std::string_view to_text(ImageProblem problem);
 
@@ -179,7 +179,7 @@ class ImageReader {
  public:
   explicit ImageReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// Does nothing any more once there was a problem.
+  /// Reads one value; does nothing after an error.
   template <class T>
   void read(T& value) {
     if (!is_good_) return;
@@ -236,7 +236,7 @@ class ImageReader {
     return image::from_bytes<Number>(bytes);
   }
 
-  /// Either side of 0.
+  /// Number with a magnitude of at most `most`.
   std::int64_t next_within(std::int64_t most) {
     const auto number = next<std::int64_t>();
     expect(number <= most && number >= -most, ImageProblem::no_number);
@@ -262,7 +262,7 @@ class ImageReader {
   void read_items(FixedVector<T, Capacity>& items) {
     const auto size = next<std::uint64_t>();
     expect(size <= Capacity, ImageProblem::no_size);
-    if (size == items.size()) {  // what is no state of theirs stays
+    if (size == items.size()) {  // members excluded from the image keep their values
       for (T& item : items) read(item);
       return;
     }
@@ -275,10 +275,10 @@ class ImageReader {
 
   std::span<const std::uint8_t> bytes_;
   bool is_good_ = true;
-  ImageProblem problem_ = ImageProblem::too_short;  // means something if it is not
+  ImageProblem problem_ = ImageProblem::too_short;  // meaningful only if not is_good_
 };
 
-/// Nothing if all of it was read.
+/// Reads an image; returns nothing if all of it was read.
 template <class T>
 [[nodiscard]] std::optional<ImageProblem> read_image(std::span<const std::uint8_t> bytes, T& value) {
   ImageReader reader(bytes);
@@ -291,7 +291,7 @@ template <class T>
 
 namespace image {
 
-/// FNV-1a over what a type is made of.
+/// FNV-1a over the structure of a type.
 class LayoutHash {
  public:
   template <class T>
@@ -388,12 +388,12 @@ consteval bool names_all() {
 
 }  // namespace image
 
-/// Every class and struct that an image of this has in it names all its members. Does not compile where one does not,
-/// and the compiler says which.
+/// Every class and struct in an image of T names all its members. Does not compile otherwise, and the compiler names
+/// the type.
 template <class T>
 inline constexpr bool image_names_all_fields = image::names_all<T>();
 
-/// Other for every other order, kind or number of members, and for enumerations with other numbers.
+/// Differs for every other order, kind or number of members, and for enumerations with other numbers.
 template <class T>
 inline constexpr std::uint64_t image_layout = image::layout<T>();
 

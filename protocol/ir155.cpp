@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t offset_Ohm = 1'200'000;
 constexpr std::int64_t slope_permille_Ohm = 900 * offset_Ohm;
 constexpr std::int32_t duty_zero_permille = 50;           // unlimited resistance
-constexpr std::int32_t duty_full_permille = 950;          // none
+constexpr std::int32_t duty_full_permille = 950;          // resistance 0
 constexpr std::int32_t undefined_frequency_mHz = 25'000;  // between undervoltage and speed start
 
 constexpr std::array<std::string_view, 9> state_names{"no signal, low", "no signal, high",   "normal",

@@ -1,9 +1,9 @@
-// The insulation monitor's pulse-width signal: Bender IR155-3203 and -3204, output M_HS. The frequency tells the state,
-// the duty cycle (high share of a period) the value.
+// Pulse-width signal of the insulation monitors Bender IR155-3203 and -3204, output M_HS. The frequency indicates the
+// state, the duty cycle (high share of a period) the value.
 //
 //   frequency   state            duty cycle
 //   10 Hz       normal           5 to 95 %: the insulation resistance
-//   20 Hz       undervoltage     the same; the battery's voltage is below the threshold the monitor was ordered with
+//   20 Hz       undervoltage     the same; the battery voltage is below the threshold the monitor was ordered with
 //   30 Hz       speed start      5 to 10 % good, 90 to 95 % bad: an estimate in the first 2 s after power-on
 //   40 Hz       device error     47.5 to 52.5 %
 //   50 Hz       earth fault      47.5 to 52.5 %: the monitor's own connection to the chassis
@@ -11,9 +11,9 @@
 //
 //   resistance = 90 % * 1.2 MOhm / (duty - 5 %) - 1.2 MOhm
 //
-// Each frequency is accepted 1 Hz around its nominal value, each duty 1 % outside its band, both ends included; what is
-// in no row is undefined, which must never be read as healthy. Pure: the caller captures edges and says what it saw.
-// The numbers are the vendor's, as its users' drivers have them.
+// Each frequency is accepted 1 Hz around its nominal value, each duty cycle 1 % outside its band, both ends included; a
+// signal that matches no row is undefined and must never be treated as healthy. Pure: the caller captures the edges and
+// passes the result. The numbers are the vendor's, taken from the drivers of its users.
 #pragma once
 
 #include <cstdint>
@@ -40,17 +40,17 @@ enum class State : std::uint8_t {
 
 [[nodiscard]] std::string_view to_text(State state);
 
-/// What a capture input saw: the last whole period, and for how long nothing has happened since.
+/// Measurement of a capture input: the last complete period, and the time since its end.
 struct Pwm {
-  std::int32_t frequency_mHz = 0;  // 0: never a whole period
+  std::int32_t frequency_mHz = 0;  // 0: no complete period so far
   std::int32_t duty_permille = 0;
-  bool is_high = false;   // level now; looked at only when there are no edges
-  Duration since_edge{};  // more than `edge_silence_max`: no edges, whatever stands above
+  bool is_high = false;   // present level; used only without edges
+  Duration since_edge{};  // above `edge_silence_max`: no edges, regardless of the other members
 };
 
 struct Reading {
   State state = State::no_signal_low;
-  /// Valid below `resistance_limit_Ohm`, from there on above range; unknown in states that do not measure it.
+  /// Valid below `resistance_limit_Ohm`, above range from there on; unknown in states that do not measure it.
   SignalValue resistance_Ohm{};
 
   friend constexpr bool operator==(const Reading&, const Reading&) = default;
@@ -58,18 +58,18 @@ struct Reading {
 
 /// Two periods of the slowest signal.
 inline constexpr Duration edge_silence_max = 200ms;
-/// Near 5 % a step of the duty cycle is tens of megaohms: from here on the value says no more than "very high".
+/// Near 5 % a step of the duty cycle is tens of megaohms: from here on the value only means "very high".
 inline constexpr std::int64_t resistance_limit_Ohm = 50'000'000;
-/// A monitor measures from this long after power-on; until then it is in speed start.
+/// Time from power-on to the first measurement of a monitor; until then it is in speed start.
 inline constexpr Duration speed_start_time = 2s;
 
-/// A state's frequency and the duty cycles that are accepted with it.
+/// Frequency of a state and the duty cycles that are accepted with it.
 struct Row {
   State state = State::undefined;
   std::int32_t frequency_mHz = 0;
   std::int32_t duty_min_permille = 0;
   std::int32_t duty_max_permille = 0;
-  std::int32_t duty_sent_permille = 0;  // by a monitor that has only the state to tell
+  std::int32_t duty_sent_permille = 0;  // for a monitor that reports only the state
   bool is_measuring = false;
 };
 inline constexpr std::int32_t frequency_tolerance_mHz = 1'000;
@@ -79,29 +79,29 @@ inline constexpr Row rows[] = {
     {State::device_error, 40'000, 465, 535, 500},   {State::earth_fault, 50'000, 465, 535, 500},
 };
 
-/// There are whole periods, and the last is not too old.
+/// Whether there is a complete period, and it ended at most `edge_silence_max` ago.
 [[nodiscard]] constexpr bool has_signal(const Pwm& pwm) {
   return pwm.frequency_mHz > 0 && pwm.since_edge <= edge_silence_max;
 }
 
-/// Total: every input gives a state. Cost: a handful of comparisons.
+/// Decodes a signal. Total: every input gives a state. Cost: a few comparisons.
 [[nodiscard]] Reading decode(const Pwm& pwm);
 
-/// What is in no row, of a signal that is undefined.
+/// Quantity of an undefined signal that matches no row.
 enum class Misfit : std::uint8_t {
-  frequency,   // no state has it
-  duty_cycle,  // none with this frequency has it
+  frequency,   // of no state
+  duty_cycle,  // of no state with this frequency
 };
 inline constexpr std::size_t misfit_count = 2;
 
 [[nodiscard]] std::string_view to_text(Misfit misfit);
-/// Nothing of a signal that has a state, and where there is none.
+/// None for a signal that has a state, and without a signal.
 [[nodiscard]] std::optional<Misfit> misfit(const Pwm& pwm);
 
-/// The other direction, for emulated monitors: what `decode` reads as this state. The resistance is looked at in
-/// measuring states only: below 0 counts as 0, anything not valid as above range. The duty cycle is rounded to a
-/// permille, so a value comes back as exactly as that carries it: within 0.8 kOhm at 50 kOhm, 2.7 kOhm at 1.2 MOhm.
-/// For `undefined` a signal between the rows.
+/// Inverse of `decode`, for emulated monitors. The resistance is used in measuring states only: below 0 counts as 0,
+/// any validity other than valid as above range. The duty cycle is rounded to a permille, which limits the accuracy of
+/// the decoded resistance: within 0.8 kOhm at 50 kOhm, 2.7 kOhm at 1.2 MOhm. `undefined` gives a signal between the
+/// rows.
 [[nodiscard]] Pwm encode(const Reading& reading);
 
 namespace detail {

@@ -10,7 +10,7 @@ namespace bmu::ir155 {
 namespace {
 
 constexpr std::int64_t millihertz_period_ns = 1'000'000'000'000;  // 1000 s
-constexpr std::int64_t frequency_max_mHz = 1'000'000'000;         // beyond any that a line can have
+constexpr std::int64_t frequency_max_mHz = 1'000'000'000;         // above any frequency of an input
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void Capture::observe(const Edge& edge) {
     fell_at_.reset();
   }
   if (!edge.is_rising) {
-    if (fell_at_) rose_at_.reset();  // there was a rise in between
+    if (fell_at_) rose_at_.reset();  // the rise in between was lost
     fell_at_ = edge.at;
     return;
   }

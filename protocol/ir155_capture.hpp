@@ -1,4 +1,4 @@
-// From the edges of the insulation monitor's output to the signal that ir155.hpp reads: for whoever captures it.
+// Capture of the insulation monitor's output: from its edges to the signal that ir155.hpp decodes.
 //
 //        rise      fall            rise      fall            rise
 //          +---------+               +---------+               +--
@@ -6,10 +6,11 @@
 //          |<- high->|               |
 //          |<------- a period ------>|        frequency and duty cycle, once a period
 //
-// A period is believed only between two rises with one fall between them. An edge that was lost, whether the kernel
-// says so or two alike follow each other, spoils its period and no other. How old a signal is counts from the end of
-// its last whole period, so that edges without rhythm do not keep an old one alive: one lost edge is borne, chatter is
-// silence. A period longer than `edge_silence_max` is none. Pure, no allocation; some additions an edge.
+// A period is accepted only between two rises with one fall between them. A lost edge, reported by the kernel or
+// detected by two equal edges in sequence, invalidates its period and no other. The age of a signal counts from the end
+// of its last complete period, so that irregular edges do not keep an old one valid: one lost edge is tolerated,
+// chatter counts as no signal. A period longer than `edge_silence_max` is rejected. Pure, no allocation; some additions
+// per edge.
 #pragma once
 
 #include <optional>
@@ -20,18 +21,18 @@
 namespace bmu::ir155 {
 
 struct Edge {
-  TimePoint at;  // of the same clock as all others, and as `now`
+  TimePoint at;  // of the same clock for all edges and for `now`
   bool is_rising = false;
-  bool is_after_loss = false;  // between this and the one before there were others, which nobody has
+  bool is_after_loss = false;  // edges between the previous one and this one were lost
 };
 
 class Capture {
  public:
-  /// Nothing has been seen but a level.
+  /// Resets the capture; only the present level is known.
   void begin(bool is_high);
-  /// In the order they happened.
+  /// Precondition: edges in the order of their times.
   void observe(const Edge& edge);
-  /// `since_edge` is rounded up to whole microseconds, and not below 0.
+  /// `since_edge` is rounded up to whole microseconds, and is at least 0.
   [[nodiscard]] Pwm pwm(TimePoint now) const;
 
  private:
@@ -39,7 +40,7 @@ class Capture {
 
   Pwm last_;  // without since_edge
   TimePoint ended_at_{};
-  // Of the period that is not over.
+  // Edges of the period in progress.
   std::optional<TimePoint> rose_at_;
   std::optional<TimePoint> fell_at_;
 };

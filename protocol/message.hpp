@@ -1,10 +1,10 @@
-// A message: a row that says everything about one kind of frame; and the catalogue that finds the row of an identifier.
+// A message row, which completely describes one kind of frame, and the catalogue that finds the row of an identifier.
 //
-// An identifier is base_id + node, or, where a protocol counts its nodes in another digit, base_id + node * 2 to the
-// node_shift. Those of 29 bits (is_extended) are as many of their own: 351h and 00000351h are two.
+// An identifier is base_id + node, or, in a protocol that encodes the node in another digit, base_id + node * 2 to the
+// node_shift. Identifiers of 29 bits (is_extended) are a separate set: 351h and 00000351h are two identifiers.
 //
-// The rules a row must keep (fields inside the frame, no overlap, unit tokens, counter and checksum where they belong)
-// are checked when the program is compiled: see check_message and check_catalogue, asserted beside the tables.
+// The rules of a row (fields inside the frame, no overlap, unit suffixes, counter and checksum where they belong) are
+// checked at compile time: see check_message and check_catalogue, asserted beside the tables.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@
 
 namespace bmu {
 
-/// `bmu` is we: the master of a pack, also where the bus is that of a foreign device. `module` is a module of another
-/// language than ours.
+/// `bmu` is this program, the master of the pack, also on the bus of a third-party device. `module` is a module with a
+/// third-party protocol.
 enum class Sender : std::uint8_t {
   bmu,
   mmu,
@@ -31,7 +31,7 @@ enum class Sender : std::uint8_t {
   inverter,
   insulation_monitor,
   module,
-  tool,  // who asks a master for cells: a display, a laptop
+  tool,  // requests cell data from a master: a display, a laptop
 };
 
 [[nodiscard]] std::string_view to_text(Sender sender);
@@ -40,7 +40,7 @@ enum class Protection : std::uint8_t {
   none,
   counter_crc,             // b6 counter, b7 CRC-8H2F over identifier and b0 to b6
   counter_crc_complement,  // the same, and b1 must be the complement of b0
-  channel_counter,         // the current sensor: b0 names the channel, b1 .3-.0 a 4-bit counter, no CRC
+  channel_counter,         // current sensor: b0 is the channel, b1 .3-.0 a 4-bit counter, no CRC
   nibble_counter_crc,      // BMW's modules: b6 .7-.4 a counter from 0 to 14, b7 CRC 1Dh (frame_crc_1d)
 };
 
@@ -51,19 +51,19 @@ struct MessageSpec {
   std::uint8_t node_min = 0;  // identifier = base_id + (node << node_shift); 0 to 0: one identifier only
   std::uint8_t node_max = 0;
   std::uint8_t node_shift = 0;
-  bool node_0_is_all = false;   // node 0 is no node but all of them
-  std::uint8_t length = 8;      // as it is sent
-  std::uint8_t length_min = 0;  // where some senders leave out the end; 0: none does
+  bool node_0_is_all = false;   // node 0 addresses all nodes
+  std::uint8_t length = 8;      // as sent
+  std::uint8_t length_min = 0;  // if some senders omit the end; 0: none does
   Protection protection = Protection::none;
   Sender sender = Sender::bmu;
   Duration period{};         // nominal; 0: on request or on change
-  std::uint8_t channel = 0;  // for channel_counter: what b0 must be
+  std::uint8_t channel = 0;  // for channel_counter: required value of b0
   std::span<const SignalSpec> signals;
   std::string_view meaning;
 
   [[nodiscard]] constexpr bool has_node() const { return node_max > 0; }
   [[nodiscard]] constexpr std::uint32_t id_of(std::uint32_t node) const { return base_id + (node << node_shift); }
-  /// As long as every frame of this kind is at the least.
+  /// Minimum length of a frame of this kind.
   [[nodiscard]] constexpr std::uint8_t shortest() const { return length_min > 0 ? length_min : length; }
 };
 
@@ -75,11 +75,11 @@ inline constexpr unsigned nibble_counter_values = 15;
   return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement ||
          message.protection == Protection::nibble_counter_crc;
 }
-/// What b7 has to be, of a row that has a checksum there.
+/// Expected b7. Precondition: the row has a checksum.
 [[nodiscard]] constexpr std::uint8_t crc_wanted(const MessageSpec& message, const CanFrame& frame) {
   return message.protection == Protection::nibble_counter_crc ? frame_crc_1d(frame) : frame_crc(frame);
 }
-/// Of a row that has one.
+/// Counter of a frame. Precondition: the row has one.
 [[nodiscard]] constexpr std::uint8_t counter_of(const MessageSpec& message, const CanFrame& frame) {
   switch (message.protection) {
     case Protection::channel_counter: return frame.data[1] & 0x0FU;
@@ -89,10 +89,10 @@ inline constexpr unsigned nibble_counter_values = 15;
 }
 
 inline constexpr std::size_t signal_count_max = 80;
-/// Of one frame: those that its selector does not leave out.
+/// Limit for the signals of one frame: those selected by its selector.
 inline constexpr std::size_t shown_signals_max = 32;
 
-/// Index of a signal in a row, found while compiling; an unknown name does not compile.
+/// Index of a signal in a row, found at compile time; an unknown name does not compile.
 [[nodiscard]] consteval std::size_t signal_index(const MessageSpec& message, std::string_view name) {
   for (std::size_t index = 0; index < message.signals.size(); ++index) {
     if (message.signals[index].name == name) return index;
@@ -135,7 +135,7 @@ constexpr void write(CanFrame& frame, std::int64_t value) {
   return CanFrame{.id = message.id_of(node), .is_extended = message.is_extended, .length = message.length};
 }
 
-/// Writes counter and checksum as the row's protection wants them. Last step before sending.
+/// Writes counter and checksum as the row's protection requires. Last step before sending.
 constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& frame) {
   if (message.protection == Protection::channel_counter) {
     frame.data[0] = message.channel;
@@ -173,7 +173,7 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
 
 [[nodiscard]] constexpr bool check_signal(const SignalSpec& signal, unsigned length) {
   const bool fits = signal.bit_count >= 1 && signal.first_bit + unsigned{signal.bit_count} <= length * 8;
-  // Towards zero of what is sent: with an offset nobody could say which zero is meant.
+  // Rounding towards zero applies to the raw value; with an offset it would be ambiguous which zero is meant.
   const bool rounds_rightly = signal.rounding == Rounding::nearest || signal.offset == 0;
   const bool is_selected_rightly = signal.selected_count >= 1 && signal.selected_step >= 1;
   const bool has_one_range = signal.raw_limit == 0 || signal.documented.max == 0;
@@ -181,7 +181,7 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
          ends_with_token(signal.name, spec_of(signal.unit).token);
 }
 
-/// How many signals a frame has in which the selector has this value.
+/// Number of signals in a frame with this value of the selector.
 [[nodiscard]] constexpr std::size_t signals_with(const MessageSpec& message, std::int64_t selector) {
   std::size_t count = 0;
   for (const SignalSpec& signal : message.signals) {
@@ -190,7 +190,8 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
   return count;
 }
 
-/// Lengths, counts, and that only what is remembered by identifier is counted: of 29-bit ones nothing is.
+/// Checks lengths and counts, and that a protected message has an 11-bit identifier (the receive check stores counters
+/// by 11-bit identifier only) and a fixed length.
 [[nodiscard]] constexpr bool check_form(const MessageSpec& message) {
   const bool is_long_enough = message.length <= 8 && message.length_min <= message.length;
   const bool is_protected_rightly =
@@ -199,8 +200,8 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
          message.signals.size() <= signal_count_max;
 }
 
-/// Bytes in which the signal must lie. b7 is no place for one where it is the checksum. The end that some senders leave
-/// out, whose bytes are 0 then, has only signals that are no number at 0.
+/// Number of bytes in which the signal must lie. b7 is excluded if it is the checksum. The end that some senders omit,
+/// whose bytes are then 0, may only have signals for which 0 is a special code.
 [[nodiscard]] constexpr unsigned room_of(const MessageSpec& message, const SignalSpec& signal) {
   if (has_crc(message)) return 7;
   return find_special(signal, 0) != nullptr ? message.length : message.shortest();
@@ -223,13 +224,13 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
 
 // --- catalogue ------------------------------------------------------------------------------------------------------
 
-/// A message row and the node an identifier addresses.
+/// A message row and the node that an identifier addresses.
 struct MessageMatch {
-  const MessageSpec* message = nullptr;  // null: no such identifier here
+  const MessageSpec* message = nullptr;  // null: the identifier is not in this catalogue
   std::uint8_t node = 0;
 };
 
-/// All messages of a bus, found by 11-bit identifier in constant time (one table read); the few of 29 bits one by one.
+/// All messages of a bus, found by 11-bit identifier in constant time (one table read); the few of 29 bits by search.
 class Catalogue {
  public:
   static constexpr std::size_t id_count = 2048;
@@ -246,11 +247,11 @@ class Catalogue {
     }
   }
 
-  /// Of an 11-bit identifier.
+  /// Match of an 11-bit identifier.
   [[nodiscard]] constexpr MessageMatch find(std::uint32_t id) const {
     return id < id_count ? match(id, row_of_id_[id]) : MessageMatch{};
   }
-  /// Of either kind; of a remote or an error frame, too.
+  /// Match of either kind of identifier; also of a remote or an error frame.
   [[nodiscard]] constexpr MessageMatch find(const CanFrame& frame) const {
     return frame.is_extended ? match(frame.id, extended_row(frame.id)) : find(frame.id);
   }
@@ -273,7 +274,7 @@ class Catalogue {
     ids_unique_ = ids_unique_ && id < id_count && row_of_id_[id] == no_row;
     if (id < id_count) row_of_id_[id] = row;
   }
-  /// The first that has it.
+  /// First row with this identifier.
   [[nodiscard]] constexpr std::uint8_t extended_row(std::uint32_t id) const {
     for (std::size_t row = 0; has_extended_ && row < messages_.size(); ++row) {
       const MessageSpec& message = *messages_[row];

@@ -1,4 +1,4 @@
-// A text that is a number and nothing else.
+// Conversion of a text that is a number and nothing else.
 #pragma once
 
 #include <charconv>
@@ -7,8 +7,8 @@
 
 namespace bmu {
 
-/// None if anything else stands before or behind it, if there is nothing, or if it has no room in a Number. `how`: the
-/// base of a whole number, if it is not 10.
+/// None if the text has anything before or after the number, is empty, or the number does not fit into a Number. `how`:
+/// the base of an integer, if it is not 10.
 template <class Number, class... How>
 [[nodiscard]] std::optional<Number> number_of_text(std::string_view text, How... how) {
   Number value{};

@@ -24,13 +24,13 @@ std::string_view to_text(RejectReason reason) {
 
 namespace {
 
-/// A module that was not asked says who it is with counter 0, after every start.
+/// Unsolicited IDENT, which a module sends with counter 0 after every start.
 bool is_unsolicited_ident(const MessageSpec& message, std::uint8_t counter) {
   return &message == &internal_bus::ident && counter == 0;
 }
 
-/// Whether a frame that is not whole commands nobody, whoever sent it: so it is where all receivers are bound to drop
-/// it.
+/// Whether a damaged frame of this message commands no node, regardless of its sender: true if all receivers are
+/// required to drop it.
 constexpr bool commands_only_whole(const MessageSpec& message) {
   return message.protection == Protection::counter_crc || message.protection == Protection::counter_crc_complement;
 }
@@ -111,7 +111,7 @@ bool ReceiveCheck::is_late(const MessageSpec& message, std::uint8_t node, std::u
 
 void ReceiveCheck::note_request(const MessageSpec& message, std::uint8_t node, const CanFrame& frame) {
   if (&message == &internal_bus::command) {
-    commanded_counter_[node] = frame.data[6];  // a broadcast (node 0) is answered by nobody
+    commanded_counter_[node] = frame.data[6];  // no module responds to a broadcast (node 0)
   } else if (&message == &internal_bus::poll) {
     const std::uint8_t target = frame.data[0];
     for (std::size_t slot = 1; slot < node_slots; ++slot) {

@@ -1,20 +1,21 @@
-// The one door every received frame passes before anybody looks at what it says.
+// Check that every received frame passes before its content is used.
 //
-// Form, length, checksum and counter are checked by the message's row; a frame that fails changes nothing anywhere and
-// is counted by reason and by identifier. The same stage serves the daemon, the emulated modules and the dump tool, so
-// that a frame the dump tool marks is a frame the daemon rejected.
+// Form, length, checksum and counter are checked against the message's row; a rejected frame changes no state and is
+// counted by reason and by identifier. The daemon, the emulated modules and the dump tool use the same check, so that a
+// frame marked by the dump tool is a frame the daemon rejected.
 //
-//   counter rules   a protected frame whose counter equals the last accepted one of that identifier is `repeated`: it
-//                   is old news and refreshes no timeout. If its bytes differ from those of that frame (told by the
-//                   checksum, so one time in 256 they are not told apart), nobody repeated it: `conflicting`, two
+//   counter rules   a protected frame with the counter of the last accepted one of that identifier is `repeated`: it
+//                   carries no new data and refreshes no timeout. If its bytes differ from those of that frame
+//                   (detected by the checksum, which misses a difference one time in 256), it is `conflicting`: two
 //                   senders share the identifier.
-//                   An answer of a module whose counter is not that of the latest POLL (RESPONSE: COMMAND) addressed to
-//                   it, or to all, is `late`. The check learns these from the POLL and COMMAND frames it is shown, sent
-//                   or received; before it has seen one it takes any. IDENT with counter 0 is unsolicited and taken.
-//   foreign master  to a master, a frame that only it may send. In another maker's language the identifier decides that
-//                   alone: what a device makes of such a frame with another length or checksum nobody knows. In our own
-//                   every receiver drops it (docs/bus-protocol.md), so that it commands nobody: it is counted by what
-//                   is wrong with it, as any frame.
+//                   An answer of a module with another counter than the latest POLL (RESPONSE: COMMAND) addressed to
+//                   it, or to all, is `late`. The check takes these counters from the POLL and COMMAND frames passed to
+//                   it, sent or received; before the first it accepts any. IDENT with counter 0 is unsolicited and
+//                   accepted.
+//   foreign master  to a master, a frame that only a master may send. In a third-party protocol the identifier alone
+//                   decides: the reaction of a device to such a frame with another length or checksum is unknown. On
+//                   the internal bus every receiver drops such a frame (docs/bus-protocol.md), so that it has no
+//                   effect: it is counted by its error, as any frame.
 //
 // Cost: a table read, nine more for the CRC, a few compares; about 20 ns. State: about 20 kB, no allocation.
 #pragma once
@@ -30,31 +31,31 @@
 namespace bmu {
 
 enum class RejectReason : std::uint8_t {
-  wrong_form,  // remote or error frame, or a 29-bit identifier that is nobody's here
+  wrong_form,  // remote or error frame, or a 29-bit identifier without a row
   unknown_id,  // no row for this identifier
   wrong_length,
   wrong_crc,
   wrong_complement,  // CONTACTOR_COMMAND: b1 is not the complement of b0
   wrong_channel,     // current sensor: b0 is not the channel of this identifier
-  wrong_counter,     // BMW's modules: 15, which their counter never has
+  wrong_counter,     // BMW's modules: 15, which their counter never reaches
   repeated_counter,
   conflicting,     // a repeated counter with other bytes: a second sender
   late,            // an answer to an older POLL or COMMAND
-  not_configured,  // a node this pack does not have (judged by the owner of the check, counted here)
-  foreign_master,  // a frame only we may send, from somebody else (judged by the owner, counted here)
+  not_configured,  // a node that is not in this pack (detected by the owner of the check, counted here)
+  foreign_master,  // a frame that only a master may send, from another node; sensor commands are detected by the owner
 };
 inline constexpr std::size_t reject_reason_count = 12;
 
 [[nodiscard]] std::string_view to_text(RejectReason reason);
 
-/// What is wrong with a frame by itself, whatever came before: its form; against the row of its identifier, its length,
-/// checksum, complement, channel and the range of its counter. `form_fault` is of a bus that has 11-bit identifiers
-/// only.
+/// Errors of a frame by itself, regardless of earlier frames: its form; and against the row of its identifier, its
+/// length, checksum, complement, channel and the range of its counter. `form_fault` is for a bus that has 11-bit
+/// identifiers only.
 [[nodiscard]] std::optional<RejectReason> form_fault(const CanFrame& frame);
 [[nodiscard]] std::optional<RejectReason> content_fault(const MessageSpec& message, const CanFrame& frame);
 
 struct CheckedFrame {
-  const MessageSpec* message = nullptr;  // known also for most rejected frames
+  const MessageSpec* message = nullptr;  // also set for most rejected frames
   std::uint8_t node = 0;
   bool is_accepted = false;
   RejectReason reason = RejectReason::unknown_id;  // meaningful only if not accepted
@@ -73,21 +74,21 @@ struct ReceiveCounts {
 
 class ReceiveCheck {
  public:
-  /// Who is asking. A master learns what it polled from `note_sent` alone, and a frame that only a master may send
-  /// is `foreign_master` to it. A listener (module, PDU, dump tool) learns from the POLLs and COMMANDs it hears.
+  /// Role of the owner. A master learns its polls from `note_sent` alone, and rejects a frame that only a master may
+  /// send as `foreign_master`. A listener (module, PDU, dump tool) learns from the POLLs and COMMANDs it receives.
   enum class Role : std::uint8_t { master, listener };
 
   ReceiveCheck(const Catalogue& catalogue, Role role) : catalogue_(&catalogue), role_(role) {}
 
-  /// Judges a received frame, counts the verdict and, if accepted, remembers its counter.
+  /// Checks a received frame, counts the result and, if accepted, stores its counter.
   CheckedFrame check(const CanFrame& frame);
-  /// A POLL or COMMAND we sent ourselves: its answers are expected from now on.
+  /// Registers a POLL or COMMAND that the owner sent: its answers are expected from now on.
   void note_sent(const CanFrame& frame);
-  /// Counts a frame that never came to `check`, as it is none of the catalogue's.
+  /// Counts a frame that was not passed to `check` because it is not in the catalogue.
   void note_rejected(const CanFrame& frame, RejectReason reason) { count_rejected(frame, reason); }
-  /// Counts a frame that passed `check` but was refused by the owner for a reason of his own.
+  /// Counts a frame that passed `check` but was rejected by the owner for another reason.
   void reject(const CanFrame& frame, RejectReason reason);
-  /// Forgets counters, keeps counts: after the bus was away, the first frame of anybody is taken again.
+  /// Resets counters, keeps counts: after a bus outage the first frame of every sender is accepted.
   void forget_counters();
 
   [[nodiscard]] const Catalogue& catalogue() const { return *catalogue_; }

@@ -1,6 +1,6 @@
-// The door of a module unit: what receive_check.hpp is for those who hear the whole bus, for one who listens to its
-// master alone. Three identifiers concern it: POLL, COMMAND to all, COMMAND to its node; it is shown those and no
-// other. Same rules, same reasons, same counts; it remembers three counters instead of those of all identifiers.
+// Receive check of a module: the counterpart of receive_check.hpp for a node that receives only the frames of its
+// master. It handles three identifiers, POLL, COMMAND to all and COMMAND to its node, and is passed no others. Same
+// rules, same reasons, same counts; it stores three counters instead of those of all identifiers.
 //
 // State: about 140 bytes, no allocation.
 #pragma once
@@ -14,15 +14,15 @@ namespace bmu {
 
 class RequestCheck {
  public:
-  /// Judges a received POLL or COMMAND, counts the verdict and, if accepted, remembers its counter.
+  /// Checks a received POLL or COMMAND, counts the result and, if accepted, stores its counter.
   CheckedFrame check(const CanFrame& frame);
-  /// Forgets counters, keeps counts: the next frame of each identifier is taken again.
+  /// Resets counters, keeps counts: the next frame of each identifier is accepted.
   void forget_counters() { heard_ = {}; }
 
   [[nodiscard]] const ReceiveCounts& counts() const { return counts_; }
 
  private:
-  /// The last one accepted. A COMMAND to a new node number is another identifier than before.
+  /// Last accepted request. A COMMAND to a new node number has another identifier than before.
   struct Heard {
     bool exists = false;
     std::uint32_t id = 0;

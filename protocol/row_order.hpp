@@ -1,11 +1,11 @@
-// That a table whose rows are looked up by an enumeration's number is in the order of that enumeration.
+// Check that a table that is indexed by an enumeration is in the order of that enumeration.
 #pragma once
 
 #include <cstddef>
 
 namespace bmu {
 
-/// `id`: the member of a row that says which it is.
+/// `id`: the member that identifies a row.
 template <class Table, class Row, class Id>
 [[nodiscard]] consteval bool rows_are_in_order(const Table& table, Id Row::*id) {
   std::size_t number = 0;

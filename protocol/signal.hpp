@@ -1,8 +1,8 @@
-// A signal: where a value lies in a frame, what it means, and how "not known" looks on the wire.
+// Description of a signal: position of a value in a frame, its meaning, and the encoding of "unknown" on the wire.
 //
-// One SignalSpec row serves decoding, encoding, the DBC and what the tools print. A decoded value is never a bare
-// number: what the sender does not know, what is out of the field's range and what a sensor could not measure comes as
-// a Validity, and the number beside it must then not be used.
+// One SignalSpec row serves decoding, encoding, the DBC and the output of the tools. A decoded value is never a bare
+// number: a value that is unknown to the sender, outside the field's range or not measurable by a sensor is given as a
+// Validity, and the number beside it must not be used.
 #pragma once
 
 #include <array>
@@ -19,15 +19,15 @@ namespace bmu {
 
 enum class Validity : std::uint8_t {
   valid,
-  unknown,        // the sender says it does not know
-  not_fitted,     // there is no such cell or sensor
+  unknown,        // the sender reports it as unknown
+  not_fitted,     // no such cell or sensor
   open_circuit,   // sensor or wire open
   short_circuit,  // sensor shorted
-  sensor_fault,   // open or shorted, the field cannot tell which
+  sensor_fault,   // open or shorted, the field cannot distinguish
   above_range,    // this much or more than the field can carry
   unchanged,      // a command that leaves the value as it is
-  out_of_range,   // a number the field must not hold
-  doubtful,       // a number that was told and that nobody believes yet; never on the wire
+  out_of_range,   // a number that is not allowed in the field
+  doubtful,       // a received number that is implausible and not confirmed yet; never on the wire
 };
 
 [[nodiscard]] std::string_view to_text(Validity validity);
@@ -47,7 +47,7 @@ struct SignalValue {
   return {0, why};
 }
 
-/// A raw value with a meaning of its own instead of a number.
+/// A raw value with a special meaning instead of a number.
 struct SpecialCode {
   std::int64_t raw = 0;  // as sign-extended for signed signals
   Validity meaning = Validity::unknown;
@@ -61,17 +61,17 @@ struct RawName {
 
 enum class Rounding : std::uint8_t {
   nearest,
-  towards_zero,  // limits: never promise more than there is
+  towards_zero,  // limits: never report more than is available
 };
 
-/// Raw numbers from the smallest to the largest.
+/// Smallest and largest raw number.
 struct RawRange {
   std::int64_t min = 0;
   std::int64_t max = 0;
 };
 
 struct SignalSpec {
-  std::string_view name;  // ends with its unit's token
+  std::string_view name;  // ends with its unit's suffix
   std::uint8_t first_bit = 0;
   std::uint8_t bit_count = 0;
   Unit unit = Unit::none;
@@ -82,11 +82,11 @@ struct SignalSpec {
   Rounding rounding = Rounding::nearest;
   std::span<const SpecialCode> special{};
   std::span<const RawName> names{};
-  std::int64_t raw_limit = 0;       // largest magnitude allowed, when less than the field could hold; 0: no such limit
-  RawRange documented{};            // the numbers allowed, when these are others; max 0: no such range
+  std::int64_t raw_limit = 0;       // largest magnitude allowed, if less than the field could hold; 0: no such limit
+  RawRange documented{};            // range of allowed numbers, if it is another; max 0: no such range
   std::int16_t selected_by = -1;    // exists only while the message's selector (its first signal) has this value
-  std::uint8_t selected_count = 1;  // or one of so many values,
-  std::uint8_t selected_step = 1;   // so far from each other
+  std::uint8_t selected_count = 1;  // or one of this number of values,
+  std::uint8_t selected_step = 1;   // at this distance from each other
 };
 
 /// Whether the signal exists while its message's selector has this raw value.
@@ -96,13 +96,13 @@ struct SignalSpec {
   return behind >= 0 && behind % signal.selected_step == 0 && behind / signal.selected_step < signal.selected_count;
 }
 
-/// The name without its unit's token, for where the unit is written behind the number.
+/// The name without its unit's suffix, for output with the unit after the number.
 [[nodiscard]] constexpr std::string_view name_without_unit(const SignalSpec& signal) {
   const std::string_view token = spec_of(signal.unit).token;
   return token.empty() ? signal.name : signal.name.substr(0, signal.name.size() - token.size() - 1);
 }
 
-/// One bit a cell, cell 1 lowest: shown as the numbers of the cells.
+/// Whether the signal has one bit per cell, cell 1 lowest: shown as the numbers of the cells.
 [[nodiscard]] constexpr bool is_cell_mask(const SignalSpec& signal) {
   return signal.bit_count > 1 && signal.name.ends_with("_cells");
 }
@@ -114,7 +114,7 @@ struct SignalSpec {
   return nullptr;
 }
 
-/// What the field carries as data: special codes at either end are not data.
+/// Range of the field's data; special codes at either end are not data.
 [[nodiscard]] constexpr RawRange raw_range(const SignalSpec& signal) {
   if (signal.bit_count == 64) return {INT64_MIN, INT64_MAX};
   const auto top = static_cast<std::int64_t>(mask_of(signal.is_signed ? signal.bit_count - 1U : signal.bit_count));
@@ -128,13 +128,13 @@ struct SignalSpec {
   return signal.documented.max > 0 ? signal.documented : range;
 }
 
-/// Whether a raw number that is no special code is one the field may hold.
+/// Whether the field may hold a raw number that is no special code.
 [[nodiscard]] constexpr bool is_allowed(const SignalSpec& signal, std::int64_t raw) {
   if (signal.raw_limit > 0) return raw <= signal.raw_limit && raw >= -signal.raw_limit;
   return signal.documented.max == 0 || (raw >= signal.documented.min && raw <= signal.documented.max);
 }
 
-/// The field's bits as a number. `word` is load_big_endian of the data bytes: who reads a whole frame loads it once.
+/// The field's bits as a number. `word` is load_big_endian of the data bytes; a reader of a whole frame loads it once.
 [[nodiscard]] constexpr std::int64_t raw_of(const SignalSpec& signal, std::uint64_t word) {
   const std::uint64_t raw = extract_bits(word, signal.first_bit, signal.bit_count, signal.order);
   return signal.is_signed ? sign_extend(raw, signal.bit_count) : static_cast<std::int64_t>(raw);
@@ -155,7 +155,7 @@ struct SignalSpec {
   return value_of_raw(signal, raw_of(signal, bytes));
 }
 
-/// Raw number that carries `value`: rounded as the row says, and the nearest the field can carry if it is beyond.
+/// Raw number for `value`: rounded as the row specifies, and limited to the range of the field.
 [[nodiscard]] constexpr std::int64_t raw_for(const SignalSpec& signal, std::int64_t value) {
   const std::int64_t above = value - signal.offset;
   const std::int64_t rounded =
@@ -164,8 +164,9 @@ struct SignalSpec {
   return rounded < range.min ? range.min : rounded > range.max ? range.max : rounded;
 }
 
-/// Writes a value, or the code for why there is none. A reason without a code of its own is sent as the signal's first
-/// special code, so that unknown never leaves as a number; asking that of a signal without any code is a bug.
+/// Writes a value, or the code of its validity. A validity without a code of its own is sent as the signal's first
+/// special code, so that an unknown value is never sent as a number. Precondition of an invalid value: the signal has a
+/// code.
 constexpr void encode_signal(const SignalSpec& signal, const SignalValue& value, FrameBytes& bytes) {
   std::int64_t raw = 0;
   if (value.is_valid()) {

@@ -1,7 +1,7 @@
-// Time as the pure parts know it: a point on some monotonic clock, handed in from outside.
+// Time in the pure parts: a point on some monotonic clock, passed in from outside.
 //
-// There is deliberately no now(): protocol, mmu and daemon/core are told the time with every observation, so a
-// recording replayed later, or a simulation of hours, decides exactly what the daemon decided.
+// There is deliberately no now(): protocol, mmu and daemon/core receive the time with every observation, so a recording
+// replayed later, or a simulation of hours, gives exactly the decisions of the daemon.
 #pragma once
 
 #include <chrono>
@@ -22,12 +22,12 @@ using TimePoint = MonotonicClock::time_point;
 
 using namespace std::chrono_literals;
 
-/// Whole milliseconds of a duration, rounded towards zero; for text, JSON and wire rows only.
+/// Whole milliseconds of a duration, rounded towards zero; for text, JSON, wire rows and integer arithmetic.
 [[nodiscard]] constexpr std::int64_t to_ms(Duration duration) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
 }
 
-/// Seconds since the clock's epoch, for text and JSON only.
+/// Seconds of a duration; for text, JSON and estimators.
 [[nodiscard]] constexpr double to_s(Duration duration) {
   return std::chrono::duration<double>(duration).count();
 }

@@ -1,7 +1,7 @@
-// The quantities of this project, how they are carried, and how a person reads them.
+// Quantities of this project, the units they are carried in, and the units they are displayed in.
 //
-// A value is an integer in the unit its name ends with (cell_voltage_max_uV), from the wire to the screen. What is
-// shown to a person is scaled to the unit a technician thinks in; that scaling lives here and nowhere else.
+// A value is an integer in the unit its name ends with (cell_voltage_max_uV), from the wire to the screen. A displayed
+// value is scaled to the unit that technicians use; that scaling is defined here only.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@ namespace bmu {
 enum class Unit : std::uint8_t { none, uV, mV, mA, dC, Ohm, uOhm, uAs, mWh, permille, ppm, W, ms, s, mK_per_s, text };
 
 struct UnitSpec {
-  std::string_view token;   // last token of every name that carries this unit
-  std::string_view symbol;  // what a person reads behind the number
-  std::int64_t divisor;     // carried counts in one step of the last digit shown
-  int decimals;             // digits shown behind the point
+  std::string_view token;   // suffix of every name that carries this unit
+  std::string_view symbol;  // shown after the number
+  std::int64_t divisor;     // carried counts per step of the last digit shown
+  int decimals;             // digits shown after the point
 };
 
-/// One row a unit, in the order of the enumerators.
+/// One row per unit, in the order of the enumerators.
 inline constexpr std::array<UnitSpec, 16> unit_table{{
     {"", "", 1, 0},
     {"uV", "V", 100, 4},  // on the bus: 0.1 mV
@@ -32,7 +32,7 @@ inline constexpr std::array<UnitSpec, 16> unit_table{{
     {"uAs", "Ah", 360'000, 4},
     {"mWh", "kWh", 1'000, 3},
     {"permille", "%", 1, 1},
-    {"ppm", "%", 100, 2},  // what is told in hundredths of a percent
+    {"ppm", "%", 100, 2},  // for values published in hundredths of a percent
     {"W", "W", 1, 0},
     {"ms", "ms", 1, 0},
     {"s", "s", 1, 0},

@@ -16,7 +16,8 @@ namespace {
 
 // --- the curve ------------------------------------------------------------------------------------------------------
 
-/// Half a microvolt is below anything that is measured; a double carries a decimal fraction that well.
+/// The value in whole microvolts, or none. Half a microvolt is below any measurement; a double represents a decimal
+/// fraction well enough.
 std::optional<std::int32_t> whole_uV(double value_mV) {
   const double value_uV = value_mV * 1'000;
   const double whole = std::nearbyint(value_uV);
@@ -42,7 +43,7 @@ std::optional<OcvPoint> read_ocv_point(const JsonValue& value, const Place& plac
   return OcvPoint{static_cast<std::int32_t>(std::get<double>(*soc_read)), *ocv_uV};
 }
 
-/// The point must lie above the one before, in both columns; the table must begin at 0 and end at 1000.
+/// Checks that the point is above the previous one in both columns, and that the table begins at 0 and ends at 1000.
 void check_ocv_point(const CellModel& cell, std::size_t index, std::size_t count, const JsonValue& value,
                      const Place& place, ProblemList& problems) {
   const OcvPoint& point = cell.ocv[index];
@@ -73,7 +74,7 @@ void read_ocv(const JsonValue& object, const Place& cell_place, CellModel& cell,
     const auto point = read_ocv_point((*table)[index], place.at(index), problems);
     if (point) cell.ocv.push_back(*point);
   }
-  if (cell.ocv.size() != table->size()) return;  // a hole would make its neighbours look wrong
+  if (cell.ocv.size() != table->size()) return;  // a missing point would cause errors in its neighbours
   for (std::size_t index = 0; index < table->size(); ++index) {
     check_ocv_point(cell, index, table->size(), (*table)[index], place.at(index), problems);
   }
@@ -105,7 +106,7 @@ void check_absolute_pair(const CellModel& cell, const AbsolutePair& pair, const 
                "less than " + std::string(pair.upper_key) + ", " + std::to_string(upper / pair.scale));
 }
 
-/// An empty or full cell that rests must lie within what its maker allows.
+/// Checks that the open-circuit voltages of an empty and of a full cell are within the manufacturer's limits.
 void check_ocv_range(const CellModel& cell, const Place& cell_place, ProblemList& problems) {
   const Place place = cell_place.at("ocv");
   if (!problems.is_good_throughout(place)) return;
@@ -118,7 +119,7 @@ void check_ocv_range(const CellModel& cell, const Place& cell_place, ProblemList
                    std::to_string(mV_from_uV(cell.voltage_max_uV)));
 }
 
-/// Two pairs of which the slow one is the faster have been mixed up.
+/// Checks that the slow RC element is the slower one; otherwise both have been mixed up.
 void check_rc_pairs(const CellModel& cell, const Place& cell_place, ProblemList& problems) {
   const Place place = cell_place.at("slow_rc_time_constant_s");
   if (!problems.is_good(place) || !problems.is_good(cell_place.at("rc_time_constant_s"))) return;

@@ -116,7 +116,7 @@ void read_object(const JsonValue& object, const Place& place, std::span<const Fi
   read_lists(object, place, lists, target, problems);
 }
 
-/// Each row is warmer than the one before it.
+/// Checks that each row is warmer than the previous one.
 void check_rising(const CellDynamics& cell, const Place& place, ProblemList& problems) {
   for (std::size_t index = 1; index < cell.rows.size(); ++index) {
     const Place key = place.at(index).at("temperature_C");

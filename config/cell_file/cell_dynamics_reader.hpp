@@ -14,7 +14,7 @@ namespace bmu {
 [[nodiscard]] std::span<const Field<CellDynamics::Row>> dynamics_row_fields();  // of an element of "rows"
 [[nodiscard]] std::span<const ListField<CellDynamics::Row>> dynamics_row_lists();
 
-/// What the cell's own keys say besides, its capacity and self-discharge, is taken from `model`. Good only where
+/// Capacity and self-discharge, which are keys of the cell itself, are taken from `model`. The result is valid only if
 /// nothing was added to the problems.
 [[nodiscard]] CellDynamics read_dynamics(const JsonValue& object, const Place& place, const CellModel& model,
                                          ProblemList& problems);

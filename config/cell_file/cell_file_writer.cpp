@@ -17,9 +17,9 @@ namespace {
 
 struct UnitDigits {
   std::string_view key_ending;
-  double steps_per_unit;  // what is left after rounding: 100 for two digits behind the point
+  double steps_per_unit;  // resolution after rounding: 100 for two digits after the point
 };
-/// More digits than a measurement has, and fewer than make a list hard to read.
+/// More digits than a measurement has, and few enough to keep a list readable.
 constexpr std::array unit_digits{UnitDigits{"_mV", 100}, UnitDigits{"_mOhm", 1'000}, UnitDigits{"_s", 1'000},
                                  UnitDigits{"_C", 100}, UnitDigits{"activation_K", 1}};
 constexpr double other_steps_per_unit = 100'000;
@@ -32,7 +32,7 @@ double steps_per_unit(const FieldInfo& info) {
   return found == unit_digits.end() ? other_steps_per_unit : found->steps_per_unit;
 }
 
-/// In whole steps of the last digit.
+/// The value in whole steps of the last digit.
 double steps_of(double value, const FieldInfo& info) {
   return std::nearbyint(value * steps_per_unit(info)) + 0.0;  // a zero without a sign
 }
@@ -47,14 +47,14 @@ std::string member(std::string_view key, const std::string& value) {
   return '"' + std::string(key) + "\": " + value;
 }
 
-/// All on one line.
+/// JSON list on one line.
 std::string line_of(const std::vector<std::string>& parts) {
   std::string line = "[";
   for (const std::string& part : parts) line += (line.size() == 1 ? "" : ", ") + part;
   return line + "]";
 }
 
-/// Each part on a line, or on lines, of its own between the brackets.
+/// JSON list or object with each part on a line, or on lines, of its own.
 std::string block(char open, const std::vector<std::string>& parts, char close) {
   std::string text(1, open);
   for (const std::string& part : parts) {
@@ -66,7 +66,7 @@ std::string block(char open, const std::vector<std::string>& parts, char close) 
 
 // --- rows of keys ---------------------------------------------------------------------------------------------------
 
-/// A cell has only numbers and texts.
+/// The fields of a cell are only numbers and texts.
 template <class Target>
 void write_fields(std::span<const Field<Target>> fields, const Target& target, std::vector<std::string>& members) {
   for (const Field<Target>& field : fields) {

@@ -38,7 +38,7 @@ constexpr std::array charge_plateau_table{
         {.key = "temperature_max_C", .min = -40, .max = 100, .meaning = "and a hotter one"}),
 };
 
-/// The first has to be less than the second.
+/// Checks that the first value is less than the second.
 void check_pair(std::string_view lower_key, double lower, std::string_view upper_key, double upper, const Place& place,
                 ProblemList& problems) {
   if (!problems.is_good(place.at(lower_key)) || !problems.is_good(place.at(upper_key)) || lower < upper) return;

@@ -1,5 +1,5 @@
-// The key "charge_plateau" of a cell: what a whole charge says of its capacity
-// (daemon/core/estimation/health/charge_plateau.hpp), as `bmucell health --fit` finds it.
+// The key "charge_plateau" of a cell: the capacity as a function of a complete charge
+// (daemon/core/estimation/health/charge_plateau.hpp), as fitted by `bmucell health --fit`.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@ namespace bmu {
 
 [[nodiscard]] std::span<const Field<ChargePlateauModel>> charge_plateau_fields();
 
-/// Good only where nothing was added to the problems.
+/// The result is valid only if nothing was added to the problems.
 [[nodiscard]] ChargePlateauModel read_charge_plateau(const JsonValue& object, const Place& place,
                                                      ProblemList& problems);
 

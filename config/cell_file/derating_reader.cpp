@@ -31,7 +31,7 @@ std::optional<DeratingPoint> read_point(const JsonValue& value, const DeratingFi
                        static_cast<std::int32_t>(std::get<double>(*share_read))};
 }
 
-/// A table that is being looked through, with what its problems say.
+/// A table under check, with its location and the list for its problems.
 struct Look {
   const DeratingField& field;
   const DeratingTable& table;
@@ -58,13 +58,13 @@ void check_places(const Look& look) {
   }
 }
 
-/// Lithium plates where it is cold: somewhere charging has to end.
+/// Checks that charging ends at some low temperature, because of lithium plating in the cold.
 void check_cold_end(const Look& look) {
   if (look.field.is_over_soc || !look.field.is_charge || look.share(0) == 0) return;
   look.refuse(0, 1, "0 in the first pair: in the cold nothing is charged");
 }
 
-/// The coldest, the hottest, the fullest or the emptiest cell must be the one that has the smallest share.
+/// Checks that the coldest, the hottest, the fullest or the emptiest cell is the one with the smallest share.
 void check_shares(const Look& look) {
   const bool may_rise_first = !look.field.is_over_soc || !look.field.is_charge;
   const bool may_fall_then = !look.field.is_over_soc || look.field.is_charge;
@@ -96,7 +96,7 @@ void read_table(const JsonValue& list, const DeratingField& field, const Place& 
     const auto point = read_point(list[index], field, place.at(index), problems);
     if (point) table.points.push_back(*point);
   }
-  if (table.points.size() != list.size()) return;  // a hole would make its neighbours look wrong
+  if (table.points.size() != list.size()) return;  // a missing pair would cause errors in its neighbours
   const Look look{field, table, place, problems};
   check_places(look);
   check_cold_end(look);

@@ -1,4 +1,4 @@
-// The key "derating" of a cell: what share of its current it may carry in the cold, in the heat, empty and full.
+// The key "derating" of a cell: permitted share of its current in the cold, in the heat, empty and full.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ inline constexpr std::array derating_fields{
     DeratingField{"discharge_over_soc", &DeratingTables::discharge_over_soc, true, false},
 };
 
-/// Good only where nothing was added to the problems. A table that is left out derates nothing.
+/// The result is valid only if nothing was added to the problems. A missing table does not derate.
 [[nodiscard]] DeratingTables read_derating(const JsonValue& object, const Place& place, ProblemList& problems);
 
 }  // namespace bmu

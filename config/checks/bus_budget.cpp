@@ -18,13 +18,13 @@ Duration time_of(std::int64_t bits, std::int32_t rate_kbit_per_s) {
   return Duration{(bits * ns_and_kbit + rate_kbit_per_s - 1) / rate_kbit_per_s};
 }
 
-/// What asks all modules: one frame, or one for each of foreign ones that want it so.
+/// Number of frames that poll all modules: one, or one for each module if the third-party protocol requires it.
 std::int64_t question_frames(const CoreConfig& core) {
   const bool asks_each = !are_modules_ours(core) && core.foreign.driver->asks_each;
   return asks_each ? std::ssize(core.modules) : 1;
 }
 
-/// Of foreign modules everything is asked always.
+/// Number of frames in all answers. Third-party modules are always polled for everything.
 std::int64_t answer_frames(const CoreConfig& core, const PollWants& wants) {
   if (!are_modules_ours(core)) return core.foreign.driver->frames_per_answer * std::ssize(core.modules);
   std::int64_t frames = 0;
@@ -35,12 +35,12 @@ std::int64_t answer_frames(const CoreConfig& core, const PollWants& wants) {
 std::int64_t bits_per_s(std::int64_t bits, Duration period) {
   return bits * std::int64_t{1'000'000'000} / period.count();
 }
-/// Of a message that comes by itself.
+/// Bit rate of a periodic message.
 std::int64_t bits_per_s(const MessageSpec& message) {
   return bits_per_s(bits_on_wire_max(message.length), message.period);
 }
 
-/// The identifier of the answer that waits longest.
+/// Identifier of the answer with the lowest priority.
 std::uint32_t weakest_answer(const CoreConfig& core) {
   const Catalogue& answers = are_modules_ours(core) ? internal_bus::catalogue : *core.foreign.driver->catalogue;
   const Sender sender = are_modules_ours(core) ? Sender::mmu : Sender::module;
@@ -51,7 +51,7 @@ std::uint32_t weakest_answer(const CoreConfig& core) {
   return weakest;
 }
 
-/// Messages that go ahead of answers.
+/// Messages with a higher priority than the weakest answer.
 std::vector<GuestMessage> stronger_of(const CoreConfig& core) {
   std::vector<GuestMessage> stronger = guests_on(core, Port::internal);
   const std::uint32_t weakest = weakest_answer(core);
@@ -67,7 +67,7 @@ std::vector<GuestMessage> stronger_of(const CoreConfig& core) {
   return stronger;
 }
 
-/// In a time, at worst: the periods that begin in it, one that began before, and a change.
+/// Maximum number of bits within a time: the periods that begin in it, one that began before, and a change.
 std::int64_t bits_within(const std::vector<GuestMessage>& messages, Duration within) {
   std::int64_t bits = 0;
   for (const GuestMessage& message : messages) bits += bits_of(message) * (within / message.period + 2);
@@ -84,12 +84,12 @@ std::int64_t load_permille(std::int64_t bits_each_second, std::int32_t rate_kbit
   return (bits_each_second + rate_kbit_per_s - 1) / rate_kbit_per_s;
 }
 
-/// From a question to the first frame of its answer.
+/// Maximum time from a question to the first frame of its answer.
 Duration turnaround(const CoreConfig& core) {
   return are_modules_ours(core) ? Duration{answer_delay_max} : core.foreign.driver->answer_within;
 }
 
-/// Turnaround and so many bits, with what goes ahead of them meanwhile.
+/// Time of the turnaround and of `own_bits`, with the higher-priority messages during it. None if the bus is saturated.
 std::optional<Duration> time_with_stronger(const CoreConfig& core, std::int64_t own_bits,
                                            std::int32_t rate_kbit_per_s) {
   constexpr Duration unending = 60s;
@@ -103,12 +103,12 @@ std::optional<Duration> time_with_stronger(const CoreConfig& core, std::int64_t 
   return std::nullopt;
 }
 
-/// A frame on the wire, the POLL, all answers.
+/// Bits of a cycle: a frame on the wire, the POLL, all answers.
 std::int64_t cycle_bits(const CoreConfig& core, const PollWants& wants) {
   return frame_bits * (1 + question_frames(core) + answer_frames(core, wants));
 }
 
-/// The longest answers, each with its POLL, of as many modules as may be asked alone in a cycle.
+/// Bits of the longest answers, each with its POLL, of as many modules as may be polled singly in a cycle.
 std::int64_t single_bits(const CoreConfig& core) {
   if (!are_modules_ours(core)) return 0;
   std::int64_t answer_max = 0;

@@ -22,7 +22,7 @@ std::int64_t percent_up(std::int64_t permille) {
   return (permille + 9) / 10;
 }
 
-/// A key that says how often modules are asked, and the slowest it may say.
+/// A key with a poll period, and the maximum of that period.
 struct PaceRow {
   std::string_view key;
   Duration PollConfig::*period;
@@ -35,7 +35,7 @@ constexpr PaceRow pace_rows[] = {
 };
 constexpr const PaceRow& normal_pace = pace_rows[0];
 
-/// Whether a bit rate will do for what the pack file says of a pace.
+/// Whether a bit rate suffices for a poll period of the pack file.
 using Suffices = bool (*)(const PackConfig&, const PaceRow&, std::int32_t rate_kbit_per_s);
 
 bool fits(const PackConfig& pack, const PaceRow& row, std::int32_t rate_kbit_per_s) {
@@ -49,7 +49,7 @@ bool leaves_room(const PackConfig& pack, const PaceRow& row, std::int32_t rate_k
   return load_permille(pack, row, rate_kbit_per_s) <= bus_load_max_permille;
 }
 
-/// The first of the periods from that of the file on, in steps, that will do.
+/// The first period that suffices, from that of the file upwards in steps.
 std::optional<Duration> period_that(Suffices suffices, const PackConfig& of, const PaceRow& row, Duration step) {
   PackConfig pack = of;
   const Duration period_max = row.period_max(pack.core.poll);
@@ -58,7 +58,7 @@ std::optional<Duration> period_that(Suffices suffices, const PackConfig& of, con
   return period <= period_max ? std::optional{period} : std::nullopt;
 }
 
-/// "at least 87 at 250 kbit/s, or buses/internal_kbit_per_s 500": what would do, each by itself.
+/// "at least 87 at 250 kbit/s, or buses/internal_kbit_per_s 500": the remedies, each sufficient by itself.
 std::string ways_out(const PackConfig& pack, const PaceRow& row, Suffices suffices) {
   const auto at_rate = [&](std::int32_t rate) { return suffices(pack, row, rate); };
   const auto* const faster = std::find_if(std::begin(bus_rates_kbit_per_s), std::end(bus_rates_kbit_per_s), at_rate);
@@ -101,7 +101,7 @@ constexpr OwnBus own_buses[] = {{Port::vehicle, "vehicle_kbit_per_s"},
                                 {Port::second_pack, "second_pack_kbit_per_s"},
                                 {Port::inverter, "inverter_kbit_per_s"}};
 
-/// Says of each bus without modules that is fuller than this what is on it, and what would do.
+/// Adds a problem for each bus without modules with a higher load than this: the load, and what would suffice.
 void say_fuller_than(std::int64_t most_permille, const PackConfig& pack, const Place& interfaces,
                      ProblemList& problems) {
   for (const OwnBus& bus : own_buses) {
@@ -144,7 +144,7 @@ void check_cycle(const PackConfig& pack, const Place& place, ProblemList& proble
 
 Duration answer_margin(const PackConfig& pack, Duration at_least) {
   const std::optional<Duration> cycle = cycle_time_max(pack.core, all_wants, pack.buses.internal_kbit_per_s);
-  const bool is_meant = cycle && *cycle <= pack.core.poll.period;  // else the cycle itself is refused
+  const bool is_meant = cycle && *cycle <= pack.core.poll.period;  // otherwise the cycle itself is rejected
   const Duration older = are_modules_ours(pack.core) ? Duration{} : pack.core.foreign.driver->sample_age_max;
   return is_meant ? std::max(at_least, Duration{std::chrono::milliseconds{ms_up(*cycle + older)}}) : at_least;
 }

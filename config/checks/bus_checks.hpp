@@ -1,5 +1,5 @@
-// Whether the buses can carry what the pack file asks of them: refused where a cycle does not fit, or a bus without
-// modules is too small for those on it, and a warning where little is left.
+// Checks whether the buses can carry the traffic of the pack file: an error if a cycle does not fit, or if a bus
+// without modules is too slow for its nodes, and a warning if little capacity remains.
 #pragma once
 
 #include <string>
@@ -10,27 +10,27 @@
 
 namespace bmu {
 
-/// All answers to one POLL must be through before the next, at each pace that is given, and what modules that are asked
-/// alone have to say besides. `place` is the root of the pack file; values that were already refused are not judged,
-/// and nor is a pace of 0, which was left out.
+/// Checks that all answers to one POLL, and those of modules that are polled singly, are complete before the next POLL,
+/// for each poll period given. `place` is the root of the pack file; values that were already rejected are not checked,
+/// nor is a period of 0, which the file does not give.
 void check_cycle(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// What is on a bus without modules must fit into its bit rate.
+/// Checks that the messages on a bus without modules fit into its bit rate.
 void check_own_buses(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// How long an answer may take where a signal was lost once and the next is waited for: the longest cycle, where that
-/// is known and longer than `at_least`.
+/// Time allowed for an answer when a signal was lost once and the next is expected: the longest cycle and the sample
+/// age of third-party modules, if the cycle is known and this is longer than `at_least`.
 [[nodiscard]] Duration answer_margin(const PackConfig& pack, Duration at_least);
 
-/// What `fast_period` is where the file leaves it out: half the period, or the next five milliseconds at which the
-/// answers fit and the load is not warned of; the period itself where that is none.
+/// Default of `fast_period`: half the period, or the next multiple of five milliseconds at which the answers fit and
+/// the load causes no warning; the period itself if there is none.
 [[nodiscard]] Duration fast_period_left_out(const PackConfig& pack);
 
-/// "internal bus at 500 kbit/s: in use for up to 13 % of the time, a poll cycle takes up to 14 ms". Of a pack that was
-/// read.
+/// "internal bus at 500 kbit/s: in use for up to 13 % of the time, a poll cycle takes up to 14 ms". Precondition: the
+/// pack was read without errors.
 [[nodiscard]] std::string bus_use_text(const PackConfig& pack);
 
-/// Nothing to refuse, but worth saying. Of a pack that was read.
+/// Warnings, which do not reject the pack file. Precondition: the pack was read without errors.
 [[nodiscard]] ConfigProblems bus_warnings(const PackConfig& pack, std::string_view file_name);
 
 }  // namespace bmu

@@ -17,7 +17,7 @@ void add(const MessageSpec& message, std::uint32_t id, Duration period, Guests& 
   if (period > Duration{}) guests.push_back({id, message.length, message.is_extended, period});
 }
 
-/// The nine messages of a pack to its vehicle, ours or the other one's.
+/// Adds the nine messages of a pack to its vehicle, of this pack or of the second one.
 void add_reports(VehicleDialect dialect, std::uint32_t base_id, Guests& guests) {
   for (const MessageSpec* message : row_of(dialect).catalogue->messages()) {
     add(*message, message->base_id - vehicle_bus::default_base_id + base_id, message->period, guests);
@@ -34,7 +34,7 @@ void add_cell_data(const CoreConfig& core, Guests& guests) {
   add_blocks(cell_data::temperatures, core.vehicle.cell_temperatures_id, blocks.temperatures);
 }
 
-/// A protocol has rows for as many units as there could be.
+/// A protocol has rows for the maximum number of units.
 void add_chargers(const ChargerConfig& charger, Guests& guests) {
   for (const MessageSpec* message : find_device(charger.driver->name)->catalogue->messages()) {
     const CanFrame frame = make_frame(*message);
@@ -53,7 +53,7 @@ void add_inverter(const InverterConfig& inverter, Guests& guests) {
   }
 }
 
-/// Of a sensor or monitor; what the internal bus has a row for is counted there.
+/// Adds the messages of a sensor or monitor; those with a row on the internal bus are counted there.
 template <class Driver>
 void add_sensor(const Driver* driver, Guests& guests) {
   if (driver == nullptr) return;
@@ -88,7 +88,7 @@ std::int64_t bits_of(const GuestMessage& message) {
 }
 
 bool goes_ahead(const GuestMessage& message, std::uint32_t of_id) {
-  constexpr unsigned bits_behind = 18;  // of a longer identifier; its first eleven are compared
+  constexpr unsigned bits_behind = 18;  // of a 29-bit identifier; its first eleven are compared
   return (message.is_extended ? message.id >> bits_behind : message.id) < of_id;
 }
 

@@ -24,7 +24,7 @@ std::string kbit_text(std::int64_t bit_per_s) {
   return rest.empty() ? text : text + "." + rest;
 }
 
-/// "/poll/period_ms 50, /ages/cell_voltage_ms 250": what the rate is too slow for; empty if for nothing.
+/// "/poll/period_ms 50, /ages/cell_voltage_ms 250": settings for which the rate is too slow; empty if there are none.
 std::string too_slow_for(const PackConfig& pack) {
   ProblemList problems;
   PackConfig as_in_file = pack;

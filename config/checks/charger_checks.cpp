@@ -17,7 +17,7 @@ struct Check {
 
   [[nodiscard]] const ChargerConfig& charger() const { return pack.core.charger; }
   [[nodiscard]] Place at(std::string_view key) const { return root.at("charger").at(key); }
-  /// Not refused itself, and nor is what it is held against.
+  /// Whether neither the key nor the one it is compared with was rejected.
   [[nodiscard]] bool may_judge(std::string_view key, const Place& other) const {
     return problems.is_good(at(key)) && problems.is_good(other);
   }
@@ -32,7 +32,7 @@ void check_units(const Check& check) {
                          std::string(charger.driver->name) + " has no word for more");
 }
 
-/// A full cell lies between what is warned of on either side: there it is well.
+/// Checks that a full cell is between the warning thresholds of both sides, where a cell is healthy.
 void check_cell_full(const Check& check) {
   const std::int32_t full_uV = check.charger().cell_full_uV;
   const LimitsConfig& limits = check.pack.core.limits;
@@ -59,7 +59,7 @@ void check_voltage(const Check& check) {
       "at most " + number_text(static_cast<double>(most_mV)) + ", all cells at the open_mV of cell_overvoltage");
 }
 
-/// Who opens when full has nobody to charge again.
+/// A pack that opens when full cannot be charged again.
 void check_resume(const Check& check) {
   const ChargerConfig& charger = check.charger();
   if (!check.may_judge("resume_below_permille", check.at("opens_when_full"))) return;
@@ -87,7 +87,7 @@ void check_master_address(const Check& check) {
   check.problems.add(check.at("master_address"), "\"F5\"", "\"F4\" or nothing, as " + who);
 }
 
-/// Else it would be at its end before it has begun, or never come to it.
+/// Otherwise a charge would end before it has started, or never.
 void check_end_current(const Check& check) {
   const ChargerConfig& charger = check.charger();
   if (charger.end_current_mA * 2 <= charger.current_max_mA) return;

@@ -1,4 +1,4 @@
-// Whether a pack file's chargers can do what it asks of them, and may.
+// Checks whether the chargers of a pack file can do what it requires of them, and may.
 #pragma once
 
 #include "config/json/json_reader.hpp"
@@ -6,13 +6,13 @@
 
 namespace bmu {
 
-/// `place` is the root of the pack file; values that were already refused, or left out, are not judged.
+/// `place` is the root of the pack file; values that were already rejected, or are missing, are not checked.
 void check_charger(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// What can only be judged once what was left out has its value. Of a pack without problems so far.
+/// Checks that need the defaults of missing keys. Precondition: a pack without problems so far.
 void check_completed_charger(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// A window of full cells that is narrower than what balancing leaves. Of a pack that was read.
+/// Warns of a window of full cells that is narrower than what balancing leaves. Precondition: the pack was read.
 void warn_of_balance_window(const PackConfig& pack, const Place& place, ProblemList& warnings);
 
 }  // namespace bmu

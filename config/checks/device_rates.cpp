@@ -46,7 +46,7 @@ struct NamedDevice {
   std::string_view key;
 };
 
-/// On the bus that is served by `bus`, chargers first. Requests for single values are answered at any rate.
+/// Devices on the bus that is served by `bus`, chargers first. Requests for single values are answered at any rate.
 std::vector<NamedDevice> devices_on(const CoreConfig& core, Port bus) {
   std::vector<NamedDevice> devices;
   const auto add = [&](const auto* driver, Port port, std::string_view section, std::string_view key) {
@@ -67,7 +67,7 @@ bool can_have(const NamedDevice& named, std::uint32_t bit_rate) {
   return std::find(rates.begin(), rates.end(), bit_rate) != rates.end();
 }
 
-/// The first rate of the first device that all others can have, else its usual one; 0 without a device.
+/// First rate of the first device that all others support, otherwise its usual one; 0 without a device.
 std::int32_t common_kbit_per_s(const std::vector<NamedDevice>& devices) {
   if (devices.empty()) return 0;
   const auto& rates = devices.front().device->bit_rates;

@@ -77,7 +77,7 @@ void check_poll(const Check& check) {
   }
 }
 
-/// Its own limits would have opened the supply of a module of ours; here the cell's own are as far as anything goes.
+/// An MMU opens its alarm contact at limits of its own; with third-party modules the cell's limits are the last bound.
 void check_margin(const Check& check) {
   const LimitsConfig& limits = check.core().limits;
   const Place limits_place = check.root.at("limits");

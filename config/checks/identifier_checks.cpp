@@ -11,7 +11,7 @@
 namespace bmu {
 namespace {
 
-/// Identifiers in a row that belong to one protocol.
+/// Consecutive identifiers that belong to one protocol.
 struct Claim {
   std::string_view section;
   std::string_view key;
@@ -23,7 +23,7 @@ struct Claim {
   bool is_protocol = false;  // the file names a protocol, not an identifier
 };
 
-/// Every message of the device that is no row of the internal bus: that one is listened to anyway.
+/// Claims every message of the device that is not a row of the internal bus, because those rows are received anyway.
 void claim_device(std::string_view section, std::string_view key, std::string_view name, Port port,
                   std::vector<Claim>& claims) {
   const Device& device = *find_device(name);
@@ -49,12 +49,12 @@ void claim_sensors(const CoreConfig& core, std::vector<Claim>& claims) {
   claim_one("second_response_id", "answers of the second current sensor", core.sensor.second_response_id);
 }
 
-/// Of every node there could be, as modules of another number could join.
+/// Claims the identifiers of every possible node, because modules with other numbers could be connected.
 void add_modules(const CoreConfig& core, std::vector<Claim>& claims) {
   if (are_modules_ours(core)) return;
   const std::string_view title = find_device(core.foreign.driver->name)->title;
   for (const MessageSpec* message : core.foreign.driver->catalogue->messages()) {
-    if (message->sender == Sender::sensor) continue;  // a car's, which the pack need not have
+    if (message->sender == Sender::sensor) continue;  // of the car, which the pack need not have
     for (std::uint32_t node = message->node_min; node <= message->node_max; ++node) {
       claims.push_back(
           {"foreign_modules", "protocol", title, Port::internal, message->id_of(node), 1, message->is_extended, true});
@@ -99,7 +99,7 @@ Place place_of(const Claim& claim, const Place& root) {
   return root.at(claim.section).at(claim.key);
 }
 
-/// What stands in the file: an identifier, or the name of a protocol.
+/// Value in the file: an identifier, or the name of a protocol.
 std::string found_of(const Claim& claim) {
   return claim.is_protocol ? std::string(claim.who) : in_quotes(claim.first);
 }
@@ -114,8 +114,8 @@ bool are_on_one_bus(const PackConfig& pack, Port one, Port other) {
   return serving[static_cast<std::size_t>(one)] == serving[static_cast<std::size_t>(other)];
 }
 
-/// The identifiers of inverters are those of our modules' commands, and nobody can move them: on another bus they may
-/// be, and beside modules of another maker, which are claims of their own.
+/// The identifiers of inverters are those of commands to MMUs and cannot be moved: they are allowed on another bus, and
+/// beside third-party modules, which are claims of their own.
 void check_inverter_apart(const PackConfig& pack, const Place& root, ProblemList& problems) {
   const InverterDriver* const driver = pack.core.inverter.driver;
   if (driver == nullptr || !are_on_one_bus(pack, Port::inverter, Port::internal)) return;
@@ -128,7 +128,7 @@ void check_inverter_apart(const PackConfig& pack, const Place& root, ProblemList
           title);
 }
 
-/// Foreign modules are on that bus themselves, in place of ours, and an inverter may be beside them.
+/// Third-party modules replace MMUs on that bus, and an inverter may be beside them.
 void check_against_internal(const Claim& claim, const PackConfig& pack, const Place& root, ProblemList& problems) {
   const bool is_inverter = claim.port == Port::inverter;
   const bool is_beside =
@@ -147,7 +147,7 @@ void check_against_internal(const Claim& claim, const PackConfig& pack, const Pl
   }
 }
 
-/// Both are named: either may be the one to move.
+/// The problem names both: either may be moved.
 void check_pair(const PackConfig& pack, const Claim& one, const Claim& other, const Place& root,
                 ProblemList& problems) {
   const bool are_together = are_on_one_bus(pack, one.port, other.port);

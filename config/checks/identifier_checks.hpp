@@ -1,8 +1,8 @@
-// Whether every protocol of a pack file has its identifiers to itself.
+// Checks that every protocol of a pack file has its identifiers to itself.
 //
-// Those of the internal bus nobody else may have, on whatever bus: someone will join two buses on one adapter, and a
-// wrong plug must not command contactors. An inverter's are taken all the same, and cannot be moved: those only must
-// not be on the internal bus. Others must not meet on one bus.
+// No other protocol may use those of the internal bus, on any bus: two buses may be joined on one adapter, and a wrong
+// plug must not command contactors. Those of an inverter are the same nevertheless and cannot be moved: they only must
+// not be on the internal bus. Other protocols must not share identifiers on one bus.
 #pragma once
 
 #include "config/json/json_reader.hpp"
@@ -10,11 +10,11 @@
 
 namespace bmu {
 
-/// `place` is the root of the pack file; values that were already refused are not judged.
+/// `place` is the root of the pack file; values that were already rejected are not checked.
 void check_identifiers(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// Identifiers and bit rates (device_rates.hpp) of a pack whose buses have other names than in its file: what was apart
-/// may have met.
+/// Problems with identifiers and bit rates (device_rates.hpp) of a pack with other names of buses than in its file:
+/// protocols of separate buses may now share one.
 [[nodiscard]] ConfigProblems bus_clashes(const PackConfig& pack);
 
 }  // namespace bmu

@@ -8,14 +8,14 @@
 namespace bmu {
 namespace {
 
-/// What the wire carries: tenths of a volt in 16 bits, one code of them for "not known".
+/// Maximum on the wire: tenths of a volt in 16 bits, one of the codes for "unknown".
 constexpr std::int32_t voltage_on_wire_max_mV = 6'553'400;
 
 std::string text_of(std::int64_t number) {
   return number_text(static_cast<double>(number));
 }
 
-/// A volt that all cells together have when each has this.
+/// Sum of all cell voltages when each cell has this one.
 std::int64_t all_cells_mV(const PackConfig& pack, std::int32_t cell_uV) {
   return std::int64_t{cell_uV} * static_cast<std::int64_t>(cell_count(pack.core)) / 1'000;
 }
@@ -50,7 +50,8 @@ void check_discharge_voltage(const Check& check) {
                      "at least " + text_of(open_mV) + ", all cells at the open_mV of cell_undervoltage");
 }
 
-/// Limits are told again as soon as they fall, and never more often than the inverter takes them.
+/// Checks that the timeouts allow for the periods. Limits are sent again as soon as they fall, and never more often
+/// than the inverter accepts.
 void check_period(const Check& check) {
   const InverterConfig& inverter = check.inverter();
   if (!check.problems.is_good(check.at("period_ms")) || !check.problems.is_good(check.at("silence_max_ms"))) return;

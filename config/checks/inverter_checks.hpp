@@ -1,4 +1,4 @@
-// Whether a pack file's inverter can be told what it asks for, and may.
+// Checks whether the values of a pack file for its inverter can be sent, and may.
 #pragma once
 
 #include "config/json/json_reader.hpp"
@@ -6,10 +6,10 @@
 
 namespace bmu {
 
-/// `place` is the root of the pack file; values that were already refused, or left out, are not judged.
+/// `place` is the root of the pack file; values that were already rejected, or are missing, are not checked.
 void check_inverter(const PackConfig& pack, const Place& place, ProblemList& problems);
 
-/// What can only be judged once what was left out has its value. Of a pack without problems so far.
+/// Checks that need the defaults of missing keys. Precondition: a pack without problems so far.
 void check_completed_inverter(const PackConfig& pack, const Place& place, ProblemList& problems);
 
 }  // namespace bmu

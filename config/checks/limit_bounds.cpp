@@ -7,8 +7,8 @@
 namespace bmu {
 namespace {
 
-/// The part of a voltage that a sensor may be off before it is no sensor any more. The pack's mismatch also says
-/// whether a precharge may be believed.
+/// Divisor that gives the largest error of a voltage with which a sensor is still usable. The limit of the pack's
+/// mismatch also decides whether a precharge is plausible.
 constexpr std::int64_t voltage_share_max = 10;
 
 std::int64_t full_mV(const CoreConfig& core, std::size_t cells) {
@@ -21,12 +21,12 @@ std::size_t smallest_module(const CoreConfig& core) {
   return smallest == core.modules.end() ? 0 : smallest->cell_count;
 }
 
-/// The highest value a fault may have, judged by others of the file.
+/// Upper bound of a fault's threshold, given by other values of the file.
 struct BoundRow {
   std::string_view path;                 // of its number, below the root
-  LimitConfig LimitsConfig::*limit;      // left out, it is sound by itself
-  std::int64_t scale;                    // carried counts in one of the file's unit
-  std::array<std::string_view, 2> uses;  // what is judged with it
+  LimitConfig LimitsConfig::*limit;      // if missing, its default is valid
+  std::int64_t scale;                    // carried counts per unit of the file
+  std::array<std::string_view, 2> uses;  // values that the bound depends on
   std::int64_t (*bound)(const CoreConfig&);
   std::string_view reason;
 };
@@ -75,13 +75,13 @@ void check_bound(const PackConfig& pack, const Place& root, const BoundRow& row,
                            return problems.is_good_throughout(place_of(root, use));
                          });
   const std::int64_t bound = is_judged ? row.bound(pack.core) : 0;
-  // Limits that stand the wrong way round are told of where they stand.
+  // Limits in the wrong order are reported at their own location.
   if (!is_judged || bound < 0 || limit.open / row.scale <= bound) return;
   problems.add(place, std::to_string(limit.open / row.scale),
                "at most " + std::to_string(bound) + ", " + std::string(row.reason));
 }
 
-/// One sensor cannot disagree with itself.
+/// A mismatch of current sensors requires a second one.
 void check_second_sensor(const PackConfig& pack, const Place& root, ProblemList& problems) {
   const Place place = root.at("limits").at("current_sensors_disagree");
   const bool is_given = pack.core.limits.current_sensors_disagree != never_above;

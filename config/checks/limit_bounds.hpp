@@ -1,4 +1,5 @@
-// Limits that no pack of this kind ever reaches, or that guard nothing: as contradictory as two that cross each other.
+// Checks for limits that no pack of this kind ever reaches, or without effect: as contradictory as two that cross each
+// other.
 #pragma once
 
 #include "config/json/json_reader.hpp"
@@ -6,7 +7,7 @@
 
 namespace bmu {
 
-/// `place` is the root of the pack file. A value that was already refused is left out, and so is what was judged with
+/// `place` is the root of the pack file. A value that was already rejected is not checked, nor is one that depends on
 /// it.
 void check_limit_bounds(const PackConfig& pack, const Place& place, ProblemList& problems);
 

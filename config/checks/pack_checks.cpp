@@ -26,7 +26,8 @@
 namespace bmu {
 namespace {
 
-/// A signal may be lost once: two intervals and the time an answer takes, or this where that is shorter.
+/// Minimum of the margin in an age: a signal may be lost once, so two intervals and the time of an answer, at least
+/// this.
 constexpr Duration answer_margin_min = 50ms;
 
 struct Check {
@@ -61,14 +62,14 @@ std::string ms_text(Duration value) {
   return std::to_string(to_ms(value)) + " ms";
 }
 
-/// The pack file leaves it to its default, which is good by itself or made so from others.
+/// Whether the pack file leaves it to its default, which is valid by itself or derived from others.
 bool is_default(const Check& check, const LimitRow& row) {
   return !row.is_required && check.core().limits.*row.member == LimitsConfig{}.*row.member;
 }
 
 // --- each limit by itself -------------------------------------------------------------------------------------------
 
-/// From the warning on, and before the fault.
+/// Checks that the middle tier is at the warning or beyond it, and before the fault.
 void check_middle_tier(const Check& check, const LimitRow& row, const LimitConfig& limit) {
   const Place place = check.limit_quantity(row, "limit");
   if (!limit.limit.has_value() || !check.are_good({place})) return;
@@ -93,7 +94,7 @@ void check_limit_order(const Check& check, const LimitRow& row) {
                          digits_of(limit.open / row.scale) + ", so that the warning comes first");
 }
 
-/// A fault that clears only behind its own warning, never within it: else warn and fault would clear in the wrong
+/// Checks that a fault does not clear only beyond its own warning: otherwise warning and fault would clear in the wrong
 /// order.
 void check_hysteresis(const Check& check, const LimitRow& row) {
   const Place place = check.limit_quantity(row, "hysteresis");
@@ -112,7 +113,7 @@ struct Interval {
   bool is_good;
 };
 
-/// How often the limit's signal comes, and whether that is known.
+/// Interval of the limit's signal, and whether it is known.
 Interval interval_of(const Check& check, const LimitRow& row) {
   const auto rows = age_rows();
   const auto found = std::find_if(rows.begin(), rows.end(), [&](const AgeRow& age) { return age.key == row.age_key; });
@@ -122,7 +123,7 @@ Interval interval_of(const Check& check, const LimitRow& row) {
           check.are_good({poll.at("period_ms"), poll.at("temperature_every")})};
 }
 
-/// How long the limit's fault lets the current fall before it opens this pack.
+/// Time that the limit's fault allows for the current to fall before it opens this pack.
 Duration grace_of(const LimitRow& row, const StricterReactions& stricter) {
   const auto& faults = fault_table();
   const auto found = std::find_if(faults.begin(), faults.end(), [&row](const FaultRow& fault) {
@@ -132,8 +133,8 @@ Duration grace_of(const LimitRow& row, const StricterReactions& stricter) {
   return reaction_of(*found, stricter).grace;
 }
 
-/// The worst cases: the value crosses the limit just as its signal is lost, and is confirmed when that is back; or just
-/// after it was sampled, and is told with the next sample.
+/// Checks the worst cases: the value crosses the limit just as its signal is lost, and is confirmed when the signal is
+/// back; or just after it was sampled, and is reported with the next sample.
 void check_reaction(const Check& check, const LimitRow& row) {
   const Place confirm_place = check.limit(row, "confirm_ms");
   const Place age_place = check.root.at("ages").at(row.age_key);
@@ -173,8 +174,8 @@ constexpr std::array window_rows{WindowRow{"cell_undervoltage", "cell_overvoltag
                                  WindowRow{"charge_undertemperature", "charge_overtemperature"},
                                  WindowRow{"board_undertemperature", "board_overtemperature"}};
 
-/// Between the warnings, behind both hystereses, there must be values that are good. Told of the lower limit, or of the
-/// upper one where the file leaves the lower to its default.
+/// Checks that values remain between the warnings and both hystereses that are ok. Reported for the lower limit, or for
+/// the upper one if the file leaves the lower to its default.
 void check_window(const Check& check, const WindowRow& window) {
   const LimitRow& lower_row = limit_row(window.lower);
   const LimitRow& upper_row = limit_row(window.upper);
@@ -253,7 +254,7 @@ void check_continuous(const Check& check, const ContinuousRow& continuous_row) {
 
 // --- two numbers that must stand in an order ------------------------------------------------------------------------
 
-/// `key` must be more (or at least as much) than `than`, where it applies at all.
+/// `value` must be greater than (or equal to) `other`, where the row applies.
 struct OrderRow {
   std::string_view path;  // of the key, below the root
   std::string_view than;
@@ -331,7 +332,7 @@ constexpr OrderRow order_rows[] = {
      number_in<&Core::current, &CurrentLimitConfig::charge_peak_mA>,
      number_in<&Core::current, &CurrentLimitConfig::charge_continuous_mA>,
      is_set<&Core::current, &CurrentLimitConfig::charge_peak_mA>},
-    // Contactors that cannot break what flows for ever are none of this pack's.
+    // The contactors must be able to break the continuous current.
     {"contactors/break_current_max_mA", "discharge_continuous_mA", true,
      number_in<&Core::contactors, &ContactorConfig::break_current_max_mA>,
      number_in<&Core::current, &CurrentLimitConfig::discharge_continuous_mA>,
@@ -355,7 +356,7 @@ constexpr OrderRow order_rows[] = {
     {"limits/charge_undertemperature/open_dC", "open_dC of cell_undertemperature", true,
      limit_in<&Limits::charge_undertemperature, &LimitConfig::open>,
      limit_in<&Limits::cell_undertemperature, &LimitConfig::open>, is_given<&Limits::charge_undertemperature>},
-    // From there on the allowed current has no peak left: who keeps to it must not be opened for it.
+    // From there on the allowed current has no peak left: a load that stays below it must not open the pack.
     {"limits/discharge_overload/open_permille", "900", false, limit_in<&Limits::discharge_overload, &LimitConfig::open>,
      [](const Core&) { return std::int64_t{900}; }},
     {"limits/charge_overload/open_permille", "900", false, limit_in<&Limits::charge_overload, &LimitConfig::open>,
@@ -410,7 +411,7 @@ void check_order(const Check& check, const OrderRow& row) {
                          (row.than.front() <= '9' ? "" : ", " + digits_of(other)));
 }
 
-// --- two keys of which neither means anything alone ----------------------------------------------------------------
+// --- pairs of keys that are meaningless alone ------------------------------------------------------------------------
 
 struct PairRow {
   std::string_view one;  // in `auxiliary`
@@ -449,7 +450,7 @@ void check_age(const Check& check, const AgeRow& row) {
                          ms_text(margin) + (margin > answer_margin_min ? ", which all answers may take" : ""));
 }
 
-/// A faster pace is not slower, and a slower one not faster. Ages and reaction times are checked for `period_ms`.
+/// Checks that the fast period is not longer and the parked one not shorter. Ages and reaction times use `period_ms`.
 void check_paces(const Check& check) {
   const Place section = check.root.at("poll");
   const PollConfig& poll = check.core().poll;
@@ -465,7 +466,7 @@ void check_paces(const Check& check) {
   }
 }
 
-/// A contact that is as slow as it may be, and a link that is as fast, must make it.
+/// Checks that the timeout suffices for a contact as slow as permitted, and for a DC link as fast as permitted.
 void check_precharge_time(const Check& check) {
   const Place section = check.root.at("contactors");
   const Place place = section.at("precharge_timeout_ms");
@@ -486,7 +487,7 @@ void check_precharge_time(const Check& check) {
                          ms_text(two_results) + " at least, for two results of the sensor in between");
 }
 
-/// The resistor's own numbers, at the voltage of a full pack.
+/// Resistance of the precharge resistor, and the voltage of a full pack.
 struct Resistor {
   std::int64_t full_mV;
   std::int64_t resistance_Ohm;
@@ -516,9 +517,9 @@ void check_precharge_current(const Check& check) {
                          digits_of(resistor->full_mV) + " mV begins");
 }
 
-/// What a link that is charged from empty to `done` within `precharge_min` or longer leaves in the resistor at least:
-/// E = C U^2 / 2 * (1 - rest^2), t = R C ln(1 / rest), rest = 1 - done. A link that has to reach all of the voltage
-/// takes for ever, and nothing is known of it.
+/// Minimum energy in the resistor when a DC link is charged from empty to `done` within `precharge_min` or longer: E =
+/// C U^2 / 2 * (1 - rest^2), t = R C ln(1 / rest), rest = 1 - done. A DC link that must reach the full voltage takes
+/// infinitely long, which gives no bound (0).
 double precharge_energy_min_J(const ContactorConfig& contactors, const Resistor& resistor) {
   const double rest = 1.0 - contactors.precharge_done_permille / 1'000.0;
   if (rest <= 0.0) return 0.0;
@@ -552,7 +553,7 @@ bool has_feedback(const PackConfig& pack, GpioOutput output) {
   return pack.gpio && pack.gpio->feedback.at(static_cast<std::size_t>(output));
 }
 
-/// Nobody else moves the contactors then, and nobody else says that they have moved.
+/// Without a PDU only GPIO outputs drive the contactors, and only GPIO inputs report their feedback.
 void check_contactor_lines(const Check& check) {
   const bool has_charge = check.core().contactors.has_charge_contactor;
   for (const GpioOutput output :
@@ -571,7 +572,7 @@ void check_contactor_lines(const Check& check) {
   }
 }
 
-/// What only the unit can tell.
+/// Rejects settings that only the PDU can provide the data for.
 void check_unit_is_needed(const Check& check) {
   const Place monitoring = check.root.at("insulation").at("monitoring");
   if (check.problems.is_good(monitoring) && check.core().insulation.monitoring == InsulationMonitoring::measured &&
@@ -608,13 +609,13 @@ void check_sensors(const Check& check) {
   const auto& modules = check.core().modules;
   const bool has_sensor = std::any_of(modules.begin(), modules.end(),
                                       [](const ModuleConfig& module) { return module.temperature_sensor_count > 0; });
-  // Elements that could not be read are not in the list: they might have had one.
+  // Elements that could not be read are not in the list: one of them may have a sensor.
   if (has_sensor || modules.empty() || !check.problems.is_good_throughout(place)) return;
   check.problems.add(place, "no temperature sensor in the whole pack",
                      "temperature_sensors above 0 in one module or more");
 }
 
-/// What a module's switch carries at most, of a cell as full as may be.
+/// Checks the bleed current of the fullest cell allowed against the maximum of a module's switch.
 void check_bleed_current(const Check& check) {
   constexpr std::int32_t bleed_max_mA = 250;
   const Place place = check.root.at("balancing").at("bleed_resistance_Ohm");
@@ -628,7 +629,7 @@ void check_bleed_current(const Check& check) {
                          digits_of(full_uV / 1'000) + ", is bled with no more than " + digits_of(bleed_max_mA) + " mA");
 }
 
-/// A pause is armed from below.
+/// A pause is armed only below it.
 void check_resistance_pause(const Check& check) {
   const Place place = check.root.at("soc").at("resistance_pause_permille");
   const std::int32_t at_permille = check.core().soc.resistance_pause_permille;
@@ -640,7 +641,7 @@ void check_resistance_pause(const Check& check) {
 
 // --- cell data for the vehicle ---------------------------------------------------------------------------------------
 
-/// A frame goes out with each tick at the most.
+/// Checks the period: at most one frame is sent in each tick.
 void check_cell_data(const Check& check) {
   const Place place = check.root.at("vehicle").at("cell_data_period_ms");
   const auto frames = static_cast<std::int64_t>(cell_data_blocks(check.core()).count());
@@ -653,7 +654,7 @@ void check_cell_data(const Check& check) {
 
 // --- the intake air --------------------------------------------------------------------------------------------------
 
-/// The source that is named has what it needs, and nothing is said of another.
+/// Checks that the selected source has the settings it needs, and that no other source has any.
 void check_intake_air(const Check& check) {
   const IntakeAirKeys& air = check.pack.intake_air;
   const Place place = check.root.at("intake_air");

@@ -1,5 +1,6 @@
-// What no key can say alone: limits against the cell, ages against periods, reactions against budgets, nodes against
-// each other. Runs on what was read; a value that was already refused is left out, so that one mistake is one problem.
+// Checks of keys against each other: limits against the cell, ages against periods, reactions against budgets, nodes
+// against each other. Runs on what was read; a value that was already rejected is not checked, so that one mistake is
+// one problem.
 #pragma once
 
 #include <string_view>
@@ -12,12 +13,12 @@ namespace bmu {
 /// `pack_place` is the root of the pack file, `cell_place` that of the cell's object, in its own file or in the pack's.
 void check_pack(const PackConfig& pack, const Place& pack_place, const Place& cell_place, ProblemList& problems);
 
-/// Of these, what follows from the bit rate of the internal bus: whether the answers fit between two polls at each
-/// pace, and the ages.
+/// The part of these checks that depends on the bit rates: whether the answers fit between two polls at each poll
+/// period, the load of the buses without modules, and the ages.
 void check_bus_times(const PackConfig& pack, const Place& pack_place, ProblemList& problems);
 
-/// Nothing to refuse, but worth a warning at the start: full buses, and a charge that waits for more than balancing can
-/// do. Of a pack that was read.
+/// Warnings at the start that do not reject the pack: full buses, and a charge that waits for more than balancing can
+/// do. Precondition: the pack was read.
 [[nodiscard]] ConfigProblems pack_warnings(const PackConfig& pack, std::string_view file_name);
 
 }  // namespace bmu

@@ -15,7 +15,7 @@ bool is_given(const LimitConfig& limit) {
   return limit.open != never_above.open && limit.open != never_below.open;
 }
 
-/// Halfway from the fault of an empty cell, which warns of this, to the absolute minimum.
+/// Fault at the cell's absolute minimum, warning halfway from there to the fault of an empty cell.
 LimitConfig deep_discharge(const CoreConfig& config) {
   const LimitConfig& empty = config.limits.cell_undervoltage;
   const std::int32_t open_uV = config.cell.voltage_min_uV;
@@ -31,7 +31,7 @@ LimitConfig imbalance(const LimitsConfig& limits) {
   return {.warn = window_uV / 5, .open = window_uV / 2, .hysteresis = window_uV / 20, .confirm = 300ms, .clear = 5s};
 }
 
-/// Lithium plates below freezing.
+/// Lithium plating occurs below freezing.
 LimitConfig charge_undertemperature(const LimitConfig& cold) {
   if (cold.open >= 0) return cold;
   return {.warn = 50, .limit = 30, .open = 0, .hysteresis = 10, .confirm = cold.confirm, .clear = cold.clear};
@@ -58,13 +58,13 @@ LimitConfig insulation_low(const CoreConfig& config) {
           .clear = 10s};
 }
 
-/// Without a peak of its own the pack may carry what the overcurrent limit warns at.
+/// Without a peak current in the file, the pack may carry the warning threshold of overcurrent.
 void complete_peak(std::int32_t& peak_mA, std::int32_t continuous_mA, const LimitConfig& overcurrent) {
   if (peak_mA == 0) peak_mA = std::max(overcurrent.warn, continuous_mA);
 }
 
-/// A limit falls from all to nothing within a quarter of a second, which a motor controller follows without a jerk, and
-/// rises within ten seconds: one that comes back as fast as it went swings.
+/// A limit falls from its maximum to zero within a quarter of a second, which a motor controller follows without a
+/// jerk, and rises within ten seconds: a limit that rises as fast as it falls oscillates.
 void complete_ramp(std::int32_t& fall_mA_per_s, std::int32_t& rise_mA_per_s, std::int32_t most_mA) {
   constexpr std::int32_t falls_per_s = 4;
   constexpr std::int32_t rise_s = 10;
@@ -72,16 +72,16 @@ void complete_ramp(std::int32_t& fall_mA_per_s, std::int32_t& rise_mA_per_s, std
   if (rise_mA_per_s == 0) rise_mA_per_s = std::max(most_mA / rise_s, 1);
 }
 
-/// A board limit that the pack file names is the modules' own, too: from its warning on they shall not bleed.
+/// A board limit in the pack file also applies in the modules: they do not bleed from its warning on.
 void complete_board_limit(CoreConfig& config) {
   const LimitConfig& board = config.limits.board_overtemperature;
   constexpr std::int32_t dC_per_C = 10;
-  constexpr std::int32_t most_dC = 1'250;  // what modules take
+  constexpr std::int32_t most_dC = 1'250;  // maximum that modules accept
   if (board == LimitsConfig{}.board_overtemperature) return;
   config.module_board_limit_dC = std::clamp(board.warn / dC_per_C * dC_per_C, dC_per_C, most_dC);
 }
 
-/// Well above an empty cell, and where a full one begins.
+/// Minimum voltage well above an empty cell, top voltage where a full one begins.
 void complete_balancing(BalancingConfig& balancing, const CoreConfig& config) {
   constexpr double near_full_permille = 900.0;
   constexpr double full_permille = 1'000.0;
@@ -93,15 +93,14 @@ void complete_balancing(BalancingConfig& balancing, const CoreConfig& config) {
   balancing.top_uV = std::min(static_cast<std::int32_t>(std::lround(halfway_uV)), high_uV);
 }
 
-/// What balancing can bring cells to: a charge that waited for less would wait without effect.
+/// Spread that balancing can reach: a charge that waited for a smaller one would wait without effect.
 std::int32_t balance_window_uV(const CoreConfig& config) {
   constexpr std::int32_t least_uV = 10'000;
   const bool goes_by_voltage = config.balancing.method != BalancingMethod::charge;
   return goes_by_voltage ? std::max(left_by_voltage_uV(config), least_uV) : least_uV;
 }
 
-/// Full where the cell's curve ends, and below what is warned of: a warning with every charge would be one that nobody
-/// reads.
+/// A cell is full at the end of its curve, and below the warning threshold: a warning in every charge would be ignored.
 void complete_charger(CoreConfig& config) {
   constexpr std::int32_t below_uV = 10'000;
   constexpr std::int64_t end_hours = 20;
@@ -109,10 +108,10 @@ void complete_charger(CoreConfig& config) {
   ChargerConfig& charger = config.charger;
   const LimitConfig& high = config.limits.cell_overvoltage;
   const std::int32_t limited_uV = std::min(high.warn, high.derates_from()) - below_uV;
-  const bool has_curve = config.cell.ocv.size() >= 2;  // one without is refused
+  const bool has_curve = config.cell.ocv.size() >= 2;  // a cell without it is rejected
   const double full_uV = has_curve ? ocv_uV(config.cell, 1'000.0) : limited_uV;
   if (charger.cell_full_uV == 0) charger.cell_full_uV = std::min(limited_uV, static_cast<std::int32_t>(full_uV));
-  // The highest cell leads; this is for a charger that does not listen to its current. It leaves room for wires.
+  // The highest cell controls; this is for a charger that does not follow its current. It leaves a margin for wires.
   constexpr std::int32_t above_permille = 5;
   const std::int32_t above_uV = charger.cell_full_uV / 1'000 * above_permille;
   const std::int64_t cell_uV = std::min(charger.cell_full_uV + above_uV, high.warn);
@@ -122,12 +121,12 @@ void complete_charger(CoreConfig& config) {
   if (charger.current_max_mA == 0) charger.current_max_mA = config.current.charge_continuous_mA;
   if (charger.end_current_mA != 0) return;
   const std::int64_t end_mA = config.cell.capacity_uAs / (uAs_per_mAh * end_hours);
-  // A charger that gives little is at its end at less.
+  // A charger with a low current ends the charge at a lower one.
   const std::int64_t quarter_mA = charger.current_max_mA / 4;
   charger.end_current_mA = static_cast<std::int32_t>(std::max<std::int64_t>(std::min(end_mA, quarter_mA), 1));
 }
 
-/// Between a full pack and one that is warned of as empty. Of the charger's full cell, which is completed before.
+/// From the undervoltage warning to a full pack. Uses the full cell of the charger, which is completed before.
 void complete_inverter(CoreConfig& config) {
   InverterConfig& inverter = config.inverter;
   const auto cells = static_cast<std::int64_t>(cell_count(config));

@@ -1,5 +1,5 @@
-// What a pack file leaves out and no constant can say: limits that follow from the cell or from the limits beside them.
-// docs/configuration.md says of each what it follows from.
+// Defaults of missing keys that are not constants: limits that follow from the cell or from other limits.
+// docs/configuration.md gives the source of each.
 #pragma once
 
 #include "config/types/pack.hpp"
@@ -7,10 +7,10 @@
 
 namespace bmu {
 
-/// Fills in what was not given. The configuration must be valid.
+/// Fills in missing values. Precondition: the configuration is valid.
 void complete_defaults(CoreConfig& config);
 
-/// The same of the paces of polling, which follow from the bit rate of the internal bus, too.
+/// Likewise for the poll periods, which also follow from the bit rate of the internal bus.
 void complete_paces(PackConfig& pack);
 
 }  // namespace bmu

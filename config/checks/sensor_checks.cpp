@@ -8,18 +8,18 @@
 namespace bmu {
 namespace {
 
-/// A key that says something where another says that there is nothing to say it of.
+/// A key that contradicts another one.
 struct Rule {
   std::string_view section;
   std::string_view key;
-  std::string_view other;  // that says so, and must be good itself
+  std::string_view other;  // the other key, which must be valid itself
   bool (*is_broken)(const CoreConfig&);
   std::string_view found;
   std::string_view wanted;
 };
 
-/// A LEM CAB on the bus of an Outlander's modules is the car's own sensor, at 3C2h as the car has it: its value is
-/// below zero while the pack is discharged.
+/// A LEM CAB on the bus of an Outlander's modules is the car's own sensor, at 3C2h as in the car: its value is below
+/// zero while the pack is discharged.
 bool is_sensor_of_the_car(const CoreConfig& core, const CurrentSensorDriver* driver) {
   const bool has_its_modules = core.foreign.driver == &outlander_cmu::driver;
   return has_its_modules && driver == &lem_cab::driver && core.sensor.bus == Port::internal;

@@ -1,4 +1,5 @@
-// The rows of what the daemon does, and when: asking, closing, resting, balancing, estimating, remembering.
+// Rows of the daemon's functions and their times: polling, contactors, sleep, auxiliaries, estimation, balancing,
+// history.
 #include <array>
 
 #include "config/fields/pack_fields.hpp"
@@ -9,7 +10,7 @@
 namespace bmu {
 namespace {
 
-/// A pace that has no default of its own.
+/// A poll period without a constant default.
 template <Duration PollConfig::*Member>
 constexpr Field<PollConfig> poll_period(std::string_view key, double min, double max, std::string_view meaning) {
   return {
@@ -32,7 +33,7 @@ constexpr std::array poll_table{
                                             "the same while the pack is open and nobody wants it; left out: 500"),
 };
 
-// The contact's word may be lost once on its way.
+// One status of the contact may be lost.
 constexpr double feedback_timeout_max =
     static_cast<double>(to_ms(feedback_reaction_max - internal_bus::pdu_status.period - tick_allowance));
 
@@ -148,7 +149,7 @@ constexpr std::array rest_table{
         {.key = "look_every_ms", .min = 5'000, .max = 86'400'000, .meaning = "the modules are woken for a look"}),
 };
 
-/// A threshold that may be absent: no such device.
+/// A threshold that may be missing: no such device.
 template <auto Member>
 constexpr Field<AuxiliaryConfig> device(FieldInfo info) {
   Field<AuxiliaryConfig> field = number<Member>(info);
@@ -156,7 +157,7 @@ constexpr Field<AuxiliaryConfig> device(FieldInfo info) {
   return field;
 }
 
-/// A voltage that is made of others where it is left out.
+/// A voltage that is derived from others if it is missing.
 template <auto Member>
 constexpr Field<BalancingConfig> from_others(FieldInfo info) {
   Field<BalancingConfig> field = number<Member, 1'000>(info);

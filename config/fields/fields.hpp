@@ -1,7 +1,7 @@
-// One key of the file as a row: its name, what may stand there, what it means, and the member it fills.
+// One key of the file as a row: its name, the permitted values, its meaning, and the member it fills.
 //
-// The rows are all there is: the reader walks them, docs/configuration.md is made from them, and a test holds the
-// editor's schema against them.
+// The rows are the only definition: the reader uses them, docs/configuration.md is generated from them, and a test
+// checks the editor's schema against them.
 #pragma once
 
 #include <array>
@@ -28,37 +28,37 @@ struct FieldInfo {
   double min = 0;  // of a number; of a text: its length in bytes
   double max = 0;
   std::string_view meaning{};                          // one line of the documentation
-  std::string_view because{};                          // why the range ends where it does
+  std::string_view because{};                          // reason for the ends of the range
   bool (*is_well_formed)(std::string_view) = nullptr;  // of a text
-  std::string_view form{};                             // and what it wants to see
-  // Of a text that is one of a list: its words, as they are shown; where `min` is 0, nothing may stand there, too.
+  std::string_view form{};                             // and its expected form
+  // For a text that is one of a list: its words, as displayed; if `min` is 0, the text may be empty, too.
   std::vector<std::string_view> (*words)() = nullptr;
   bool is_required = false;
   FieldType type = FieldType::integer;
 };
 
-/// Numbers are all carried as double on the way: every range lies within its exact integers, which read_value checks.
+/// Numbers are carried as double in between: every range lies within its exact integers, which read_value checks.
 using FieldValue = std::variant<bool, double, std::string>;
 
 template <class Target>
 struct Field {
   FieldInfo info;
-  FieldValue (*read)(const Target&) = nullptr;  // in the file's unit; of a fresh Target it is the default
+  FieldValue (*read)(const Target&) = nullptr;  // in the file's unit; the default if read from a new Target
   void (*write)(Target&, const FieldValue&) = nullptr;
 };
 
-/// The value if it is as the row wants it, else a problem.
+/// The value if it meets the row's conditions; otherwise adds a problem.
 [[nodiscard]] std::optional<FieldValue> read_value(const JsonValue& value, const FieldInfo& info, const Place& place,
                                                    ProblemList& problems);
 
-/// What a text has to be, for people: from its words ("ekf, mixed or coulomb", "iso165c, or nothing"), else its form.
-/// Empty if only its length counts.
+/// Expected text, for messages: from its words ("ekf, mixed or coulomb", "iso165c, or nothing"), otherwise its form.
+/// Empty if only its length is checked.
 [[nodiscard]] std::string form_text(const FieldInfo& info);
 
-/// "0.25", "4200": a number without needless digits.
+/// "0.25", "4200": a number without unnecessary digits.
 [[nodiscard]] std::string number_text(double number);
 
-/// Fills the target from the object; what is missing or wrong leaves its member as it was.
+/// Fills the target from the object; a missing or wrong key leaves its member unchanged.
 template <class Target>
 void read_fields(const JsonValue& object, const Place& place, std::span<const Field<Target>> fields, Target& target,
                  ProblemList& problems) {
@@ -74,7 +74,7 @@ void read_fields(const JsonValue& object, const Place& place, std::span<const Fi
   return info.key;
 }
 
-/// Of rows of any kind whose `info` has a key_of().
+/// Keys of rows of any kind; `info` must have a key_of().
 template <class Row>
 [[nodiscard]] std::vector<std::string_view> keys_of(std::span<const Row> rows) {
   std::vector<std::string_view> keys;

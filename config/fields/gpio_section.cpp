@@ -22,7 +22,7 @@ template <class... Targets>
   return keys;
 }
 
-/// Takes lines over as they come, and remembers who has which.
+/// Reads the lines in order, and tracks which element uses which.
 class GpioReader {
  public:
   GpioReader(GpioConfig& gpio, Place place, ProblemList& problems)
@@ -74,7 +74,7 @@ class GpioReader {
     take(input.at, object, place);
   }
 
-  /// An object with a line for some of the outputs.
+  /// Reads an object with a line for some of the outputs.
   template <class Line, std::size_t Count>
   void read_named(const JsonValue& parent, std::string_view key, std::array<std::optional<Line>, Count>& lines) {
     const JsonValue* object = find_value(parent, place_, key, false, problems_);
@@ -86,7 +86,7 @@ class GpioReader {
       const std::string_view name = gpio_output_names.at(i);
       const JsonValue* value = find_value(*object, place, name, false, problems_);
       if (value == nullptr) continue;
-      lines.at(i).emplace();  // wrong or not: it is there
+      lines.at(i).emplace();  // present, even if wrong
       if (is_object(*value, place.at(name), problems_)) read_line(*value, place.at(name), *lines.at(i));
     }
   }
@@ -121,7 +121,7 @@ class GpioReader {
     const JsonValue* object = find_value(parent, place_, "insulation_pulses", false, problems_);
     if (object == nullptr) return;
     const Place place = place_.at("insulation_pulses");
-    GpioLine& line = gpio_.insulation_pulses.emplace();  // wrong or not: it is there
+    GpioLine& line = gpio_.insulation_pulses.emplace();  // present, even if wrong
     if (is_object(*object, place, problems_)) read_line(*object, place, line);
   }
 
@@ -130,7 +130,7 @@ class GpioReader {
   }
   [[nodiscard]] Place output_place(GpioOutput output) const { return place_.at("outputs").at(to_text(output)); }
 
-  /// The sequence moves these three together: one of them on lines and another elsewhere is nobody's intention.
+  /// The sequence switches these three together: a file with only some of them on lines is a mistake.
   void check_contactors() {
     constexpr std::array together{GpioOutput::main_positive, GpioOutput::main_negative, GpioOutput::precharge};
     const auto is_there = [this](GpioOutput output) { return has(output); };
@@ -190,7 +190,7 @@ class GpioReader {
   std::map<std::string, std::string> owner_of_name_;
 };
 
-/// What the core is told of the lines.
+/// The properties of the lines that the core needs.
 LinesConfig lines_config(const GpioConfig& gpio) {
   const auto has_input = [&](GpioInputKind kind) {
     return std::any_of(gpio.inputs.begin(), gpio.inputs.end(),

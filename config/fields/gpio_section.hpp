@@ -1,4 +1,4 @@
-// The section "gpio": lines by name, and what they must be together.
+// The section "gpio": lines by name, and checks of their combination.
 #pragma once
 
 #include "config/json/json_reader.hpp"

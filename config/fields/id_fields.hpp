@@ -1,4 +1,4 @@
-// Rows of keys whose value is an identifier on a bus.
+// Rows of keys that have an identifier on a bus as their value.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace bmu {
 
-/// Hexadecimal digits, of nothing else and not below 0.
+/// Value of hexadecimal digits; none if the text has anything else, or is below 0.
 [[nodiscard]] std::optional<int> hex_value(std::string_view text);
 [[nodiscard]] bool is_nothing_or_id(std::string_view text);
-/// What is_nothing_or_id() wants, for people.
+/// Form that is_nothing_or_id() expects, for messages.
 inline constexpr std::string_view id_form = "1 to 3 hexadecimal digits up to \"7FF\", or nothing";
 
-/// An identifier that need not be there, hexadecimal; 0 and nothing are the same.
+/// An optional identifier, hexadecimal; 0 and an empty text are the same.
 template <auto Member>
 [[nodiscard]] constexpr auto optional_id(FieldInfo info) {
   using Owner = detail::OwnerOf<Member>;

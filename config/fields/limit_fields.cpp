@@ -1,4 +1,4 @@
-// The rows of what a pack may bear: limits, currents, and how old signals may be.
+// Rows of the ratings of a pack: limits, currents, and maximum ages of signals.
 #include <array>
 
 #include "config/fields/pack_fields.hpp"
@@ -21,7 +21,7 @@ constexpr LimitKeys keys_ms{"warn_ms", "limit_ms", "open_ms", "hysteresis_ms"};
 
 constexpr std::string_view limit_meaning = "from here the allowed current falls; not given: from the warning on";
 
-/// The middle tier. It has no default of its own.
+/// The middle tier, which has no default of its own.
 template <std::int64_t Scale>
 constexpr Field<LimitConfig> limit_tier(std::string_view key, double min, double max) {
   return {{.key = key, .min = min, .max = max, .meaning = limit_meaning},
@@ -31,7 +31,7 @@ constexpr Field<LimitConfig> limit_tier(std::string_view key, double min, double
           }};
 }
 
-/// A limit that may be left out needs all its keys once it is there, like any other.
+/// An optional limit needs all its keys once it is present, like any other.
 template <std::int64_t Scale>
 constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double min, double max, double hysteresis_max) {
   return {
@@ -52,7 +52,7 @@ constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double m
   };
 }
 
-/// With the middle tier: those that lower the allowed current before they open.
+/// With the middle tier, for limits that lower the allowed current before they open.
 template <std::int64_t Scale>
 constexpr std::array<Field<LimitConfig>, 6> derating_table(LimitKeys keys, double min, double max,
                                                            double hysteresis_max) {
@@ -71,11 +71,11 @@ constexpr auto mismatch_limit_table = limit_table<1>(keys_mV, 10, 100'000, 50'00
 constexpr auto stuck_limit_table = limit_table<1>(keys_ms, 500, static_cast<double>(to_ms(stuck_time_max)), 10'000);
 
 constexpr auto resistance_limit_table = limit_table<1>(keys_permille, 1'050, 10'000, 5'000);
-// Where the peak is gone from the allowed current is 900: opening comes behind it.
+// At 900 the allowed current has no peak left: opening must come after that.
 constexpr auto overload_limit_table = limit_table<1>(keys_permille, 100, 1'000, 500);
 constexpr auto overcurrent_limit_table = derating_table<1>(keys_mA, 10, pack_current_max_mA, 200'000);
 
-/// A time that may be shorter than the default, and longer only where the reaction stays within its budget.
+/// A time that may be shorter than the default, and longer only if the reaction stays within its budget.
 template <auto Member>
 constexpr auto confirm_time(std::string_view key, double max, std::string_view meaning) {
   return number<Member>({.key = key, .min = 0, .max = max, .meaning = meaning});
@@ -140,7 +140,7 @@ constexpr std::array current_table{
                     "voltage would fall too low, or a fault forbids it; 0: no such floor"}),
 };
 
-// A bound of ours: above it a slip of a digit is more likely than such a pack.
+// A bound chosen by this program: above it a wrong digit is more likely than such a pack.
 constexpr double pack_power_max_W = 2'000'000;
 constexpr std::array pack_limit_table{
     number<&PackLimitsConfig::power_max_W>(

@@ -5,7 +5,7 @@
 namespace bmu {
 namespace {
 
-/// True if it is a list of so many; `what` they are: "numbers".
+/// Checks that the value is a list of `count` elements; `what`: their name in messages, "numbers".
 bool has_count(const JsonValue& value, std::size_t count, const std::string& what, std::string_view one_for_each,
                const Place& place, ProblemList& problems) {
   if (value.is_array() && value.size() == count) return true;
@@ -33,7 +33,7 @@ bool is_rising(const JsonValue& value, const Place& place, std::span<const doubl
 
 bool read_numbers(const JsonValue& value, const ListInfo& info, const Place& place, std::span<double> numbers,
                   ProblemList& problems) {
-  // Of lists side by side the lists are one for each, not the numbers in them.
+  // In a list of lists, `one_for_each` refers to the lists, not to the numbers in them.
   const std::string_view one_for_each = info.list_count == 0 ? info.one_for_each : "";
   if (!has_count(value, numbers.size(), "numbers", one_for_each, place, problems)) return false;
   bool is_good = true;
@@ -42,7 +42,7 @@ bool read_numbers(const JsonValue& value, const ListInfo& info, const Place& pla
     if (read) numbers[index] = std::get<double>(*read);
     is_good = is_good && read.has_value();
   }
-  if (!is_good || !info.is_rising) return is_good;  // a hole would make its neighbours look wrong
+  if (!is_good || !info.is_rising) return is_good;  // a wrong number would cause errors in its neighbours
   return is_rising(value, place, numbers, problems);
 }
 

@@ -1,5 +1,6 @@
-// A list of numbers as a row, as fields.hpp has it for one value: its name, how many numbers, what each may be, and the
-// member it fills. The member says how many: std::array<double, N>, or an array of these for lists side by side.
+// A list of numbers as a row, like fields.hpp for one value: its name, the count of numbers, their range, and the
+// member it fills. The type of the member gives the count: std::array<double, N>, or an array of these for a list of
+// lists.
 #pragma once
 
 #include <array>
@@ -12,29 +13,29 @@
 namespace bmu {
 
 struct ListInfo {
-  FieldInfo number;                 // the key, and what each of its numbers may be
-  std::string_view one_for_each{};  // of what there is one number, or one list: "one for each pair"
+  FieldInfo number;                 // the key, and the range of each of its numbers
+  std::string_view one_for_each{};  // element to which a number, or a list, belongs: "one for each pair"
   bool is_rising = false;
-  std::size_t list_count = 0;  // lists side by side; 0: the numbers stand in the key's own list
+  std::size_t list_count = 0;  // count of lists; 0: the key's own list holds the numbers
   std::size_t number_count = 0;
 };
 
 template <class Target>
 struct ListField {
   ListInfo info;
-  double file_units = 1.0;  // in one unit of the member
+  double file_units = 1.0;  // per unit of the member
   std::span<const double> (*read)(const Target&, std::size_t list) = nullptr;
   std::span<double> (*write)(Target&, std::size_t list) = nullptr;
 };
 
-/// Takes a list over, in the file's unit; false, and the problems, if it is not as it should be.
+/// Reads a list in the file's unit; returns false and adds problems if it is invalid.
 bool read_numbers(const JsonValue& value, const ListInfo& info, const Place& place, std::span<double> numbers,
                   ProblemList& problems);
 
-/// True if there are as many lists side by side as the row wants.
+/// Checks that there are as many lists as the row requires.
 [[nodiscard]] bool has_lists(const JsonValue& value, const ListInfo& info, const Place& place, ProblemList& problems);
 
-/// Fills the target from the object, where each list must be.
+/// Fills the target from the object; every list is required.
 template <class Target>
 void read_lists(const JsonValue& object, const Place& object_place, std::span<const ListField<Target>> fields,
                 Target& target, ProblemList& problems) {
@@ -80,7 +81,7 @@ struct ListShape<std::array<std::array<double, Numbers>, Lists>> {
 
 }  // namespace detail
 
-/// The member holds the file's numbers divided by `FileUnits`: 1000 where volts stand in millivolts.
+/// The member holds the file's numbers divided by `FileUnits`: 1000 for volts that are given in millivolts.
 template <auto Member, std::int64_t FileUnits = 1>
 [[nodiscard]] constexpr auto list(ListInfo info) {
   using Owner = detail::OwnerOf<Member>;

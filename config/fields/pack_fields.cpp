@@ -8,7 +8,7 @@ namespace {
 constexpr std::array pack_table{
     required(text<&PackConfig::name>(
         {.key = "name", .min = 1, .max = 64, .meaning = "name of the pack, for people: status, log, picture"})),
-    // Editors look for this key to find pack.schema.json; it means nothing here.
+    // Editors look for this key to find pack.schema.json; it has no effect here.
     Field<PackConfig>{{.key = "$schema",
                        .min = 0,
                        .max = 1024,
@@ -31,7 +31,7 @@ constexpr std::array module_table{
          .meaning =
              "sensors at cells, as many as the module says it has: up to 4, of `outlander_cmu` 5; at least one in "
              "the whole pack"})),
-    // Without a default of its own: which module is expected is then remembered.
+    // Without a default of its own: the module that is expected is then remembered.
     Field<ModuleEntry>{{.key = "serial_number",
                         .min = 0,
                         .max = serial_number_max,

@@ -1,6 +1,6 @@
-// Every key of a pack file and of a cell file, as rows (fields.hpp). The order is the one of the documentation. The
-// rows stand in limit_fields.cpp, control_fields.cpp, sensor_fields.cpp and port_fields.cpp, those of modules and cells
-// in pack_fields.cpp.
+// Every key of a pack file and of a cell file, as rows (fields.hpp), in the order of the documentation. The rows are in
+// limit_fields.cpp, control_fields.cpp, sensor_fields.cpp and port_fields.cpp, those of modules and cells in
+// pack_fields.cpp.
 #pragma once
 
 #include <span>
@@ -15,21 +15,21 @@
 
 namespace bmu {
 
-/// SocketCAN: an interface name as the kernel and a line of a log allow it; "unix:" and 1 to 32 plain characters: the
+/// SocketCAN: an interface name that the kernel and a line of a log allow; "unix:" and 1 to 32 plain characters: the
 /// embedded bus.
 [[nodiscard]] bool is_bus_name(std::string_view name);
-/// What is_bus_name() wants, for people.
+/// Form that is_bus_name() expects, for messages.
 inline constexpr std::string_view bus_form =
     "an interface name of 1 to 15 characters such as can0, or unix: and 1 to 32 of "
     "letters, digits, _ . -";
 
-/// What any terminal shows.
+/// Only characters that any terminal displays.
 [[nodiscard]] bool is_printable_ascii(std::string_view text);
 
 /// "620": an identifier as it is written in the file and on a candump line.
 [[nodiscard]] std::string hex_text(unsigned id);
 
-/// An element of "modules" as it is written: one node, or several that are alike.
+/// An element of "modules" in the file: one node, or several identical ones.
 struct ModuleEntry {
   std::uint8_t node = 0;
   std::uint8_t cell_count = 0;
@@ -41,7 +41,7 @@ struct ModuleEntry {
 inline constexpr double serial_number_max = 4'294'967'295;  // u32 in IDENT and COMMAND
 
 inline constexpr int node_max = internal_bus::node_count_max;
-// A bound of ours: above it a slip of a digit is more likely than such a pack.
+// A bound chosen by this program: above it a wrong digit is more likely than such a pack.
 inline constexpr double pack_current_max_mA = 1'500'000;
 inline constexpr int ocv_points_max = 64;
 inline constexpr double ocv_min_mV = 500;
@@ -50,33 +50,33 @@ inline constexpr Duration poll_period_max = 120ms;
 inline constexpr Duration parked_period_max = 500ms;
 inline constexpr double ocv_max_mV = 6'000;
 
-// What a silence may last at most, and the time from a dangerous value to the open command.
+// Maximum receive timeouts, and the maximum time from a dangerous value to the open command.
 inline constexpr Duration module_silence_max = 300ms;
 inline constexpr Duration sensor_silence_max = 300ms;
 inline constexpr Duration feedback_reaction_max = 300ms;
-// The end of an age or of a confirm time is noticed on the next tick, which is up to this much later.
+// The end of an age or of a confirm time is detected on the next tick, which is up to this much later.
 inline constexpr Duration tick_allowance = tick_period;
-// A temperature that is too old opens the pack after this; the core's table of faults has the same (a test compares).
+// A stale temperature opens the pack after this; the core's table of faults has the same value (a test compares).
 inline constexpr Duration temperature_lost_confirm = 100ms;
 inline constexpr Duration electrical_reaction_max = 450ms;
 inline constexpr Duration temperature_reaction_max = 950ms;
 inline constexpr Duration plausibility_reaction_max = 1s;
-inline constexpr Duration stuck_reaction_max = 2s;                    // on top of the time that is watched
+inline constexpr Duration stuck_reaction_max = 2s;                    // in addition to the time that is monitored
 inline constexpr Duration stuck_time_max = 10s - stuck_reaction_max;  // so that both are 10 s at most
-// A line that is read may be as late as PDU_STATUS, which it stands for: the budgets above hold for both.
+// A GPIO input may be as late as PDU_STATUS, which it replaces: the budgets above apply to both.
 inline constexpr Duration gpio_debounce_max = internal_bus::pdu_status.period;
 inline constexpr int gpio_line_max = 65'534;  // the kernel counts a chip's lines in 16 bits
 
-/// One of the limits: which keys it has, and how fast it has to react.
+/// One of the limits: its keys, and its maximum reaction time.
 struct LimitRow {
   std::string_view key;
   LimitConfig LimitsConfig::*member;
   bool is_upper = true;
-  bool is_required = true;  // else the pack file may leave it out: the default of LimitsConfig, or pack_defaults.hpp
+  bool is_required = true;  // false: optional in the pack file; default of LimitsConfig, or of pack_defaults.hpp
   std::span<const Field<LimitConfig>> fields;
   std::string_view unit;     // of its keys
-  std::int32_t scale = 1;    // carried counts in one of that unit
-  std::string_view age_key;  // empty: its signal has no age, and its fault no budget, of its own
+  std::int32_t scale = 1;    // carried counts per unit
+  std::string_view age_key;  // empty: no age of its signal and no budget of its fault
   Duration AgeConfig::*age;
   Duration reaction_max;
   std::string_view meaning;
@@ -87,18 +87,18 @@ struct LimitRow {
 };
 [[nodiscard]] std::span<const LimitRow> limit_rows();
 
-/// How old a signal may be, against how often it comes.
+/// Maximum age of a signal, and its interval.
 struct AgeRow {
   std::string_view key;
   Duration AgeConfig::*member;
   Duration (*interval)(const CoreConfig&);
   std::string_view source;     // "poll", "PDU_STATUS"
-  Duration sampled_every{};    // by who tells it, where that is not done for each telling
-  bool takes_a_cycle = false;  // it waits for all answers, or counts from the POLL
+  Duration sampled_every{};    // by the sender, if it does not sample for each message
+  bool takes_a_cycle = false;  // the signal waits for all answers, or its age counts from the POLL
 };
 [[nodiscard]] std::span<const AgeRow> age_rows();
 
-[[nodiscard]] std::span<const Field<PackConfig>> pack_fields();  // the plain keys at the top
+[[nodiscard]] std::span<const Field<PackConfig>> pack_fields();  // the plain keys at the top level
 [[nodiscard]] std::span<const Field<ModuleEntry>> module_fields();
 [[nodiscard]] std::span<const Field<CellFile>> cell_name_fields();
 [[nodiscard]] std::span<const Field<CellModel>> cell_model_fields();
@@ -196,7 +196,7 @@ void visit_sections(PackConfig& pack, Visitor visit) {
         pack.history);
 }
 
-/// Keys of the top that are neither plain fields nor sections of visit_sections.
+/// Keys of the top level that are neither plain fields nor sections of visit_sections.
 inline constexpr std::string_view composite_keys[] = {"cell",   "modules",          "limits",
                                                       "faults", "component_limits", "gpio"};
 
@@ -205,11 +205,11 @@ struct KeyDescription {
   std::string path;  // "/limits/cell_overvoltage/open_mV", "/modules/*/cells", "/cell/name"
   FieldInfo info;
   std::string fallback;            // the default as JSON; empty if there is none
-  std::optional<ListInfo> list{};  // if it is a list of numbers; `info` is then what each of them may be
+  std::optional<ListInfo> list{};  // if it is a list of numbers; `info` then describes each of them
 };
 [[nodiscard]] std::vector<KeyDescription> describe_keys();
 
-/// What the object that holds them is for.
+/// Purpose of the object that holds the keys.
 struct SectionDescription {
   std::string path;
   std::string_view meaning;

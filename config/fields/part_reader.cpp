@@ -11,7 +11,7 @@
 namespace bmu {
 namespace {
 
-/// A current that must not be more than another one, where both are given.
+/// A current that must not be more than another one, if both are given.
 struct BoundRow {
   std::string_view key;
   std::int32_t CurrentBounds::*own;
@@ -38,7 +38,7 @@ void check_peaks(const CurrentBounds& bounds, const Place& place, ProblemList& p
   }
 }
 
-/// Who wants more than the pack carries is mistaken about one of them.
+/// Checks that the user limits are not more than the pack carries: otherwise one of the two is a mistake.
 void check_user(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
   struct Row {
     std::string_view key;
@@ -94,8 +94,8 @@ void complete_peaks(CurrentBounds& bounds) {
   }
 }
 
-/// A limit that follows the voltages to come has to be there before they come. A peak that is left out is what the
-/// current's own limit warns at (pack_defaults.cpp).
+/// Checks that a limit that follows predicted voltages falls before they occur. A missing peak is the warning threshold
+/// of the current's own limit (pack_defaults.cpp).
 void check_ramps(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
   struct Row {
     std::string_view key;
@@ -126,7 +126,7 @@ void check_ramps(const CoreConfig& core, const Place& root_place, ProblemList& p
   }
 }
 
-/// With all cells as high as they get before the pack opens.
+/// Checks the voltage with all cells as high as they get before the pack opens.
 void check_full_voltage(const CoreConfig& core, const Place& root_place, ProblemList& problems) {
   const Place place = root_place.at("pack_limits").at("voltage_max_V");
   const Place cell_place = root_place.at("limits").at("cell_overvoltage").at("open_mV");

@@ -1,4 +1,4 @@
-// The key "component_limits": what the parts bear that the whole current flows through.
+// The key "component_limits": ratings of the components that carry the pack current.
 #pragma once
 
 #include "config/json/json_reader.hpp"
@@ -6,13 +6,13 @@
 
 namespace bmu {
 
-/// Good only where nothing was added to the problems.
+/// The result is valid only if nothing was added to the problems.
 void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems);
 
-/// What the currents of parts and user must be beside each other and beside those of the pack.
+/// Checks the currents of the user against each other and against those of the pack, the ramps, and the full voltage.
 void check_bounds(const CoreConfig& core, const Place& root_place, ProblemList& problems);
 
-/// A peak that is left out is the continuous current.
+/// Sets a missing peak current to the continuous current.
 void complete_bounds(CoreConfig& core);
 
 }  // namespace bmu

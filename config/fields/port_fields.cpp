@@ -1,4 +1,4 @@
-// The rows of what the daemon is connected to: buses and their interfaces, the vehicle, a terminal, lines.
+// Rows of the daemon's connections: buses and their interfaces, the vehicle, a terminal, GPIO lines.
 #include <algorithm>
 #include <array>
 
@@ -282,7 +282,7 @@ constexpr std::array inverter_table{
              "356h counts the current out of the pack as positive; left out, as the protocol is known: true with "
              "orion, else false",
          .type = FieldType::boolean},
-        nullptr,  // it depends on the protocol
+        nullptr,  // no default: it depends on the protocol
         [](InverterConfig& inverter, const FieldValue& value) {
           inverter.is_discharge_positive = std::get<bool>(value);
         }},
@@ -504,8 +504,8 @@ bool is_bus_name(std::string_view name) {
     return !bus.empty() && bus.size() <= 32 &&
            std::all_of(bus.begin(), bus.end(), [plain](char c) { return is_one_of(c, plain); });
   }
-  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 with the final zero. And no control characters, which the
-  // kernel allows and a line of a log does not.
+  // The rules of the kernel: dev_valid_name(). IFNAMSIZ is 16 including the final zero. In addition no control
+  // characters, which the kernel allows and a line of a log does not.
   const bool has_room = !name.empty() && name.size() <= 15;
   const bool is_path = name == "." || name == "..";
   return has_room && !is_path && std::none_of(name.begin(), name.end(), [](char c) {

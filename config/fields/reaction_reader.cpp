@@ -40,7 +40,7 @@ std::string ms_text(Duration span) {
   return std::to_string(to_ms(span)) + " ms";
 }
 
-/// "open_after_grace or open_now": what is stricter than the row, or as strict with less grace.
+/// "open_after_grace or open_now": reactions stricter than the row's, or as strict with less grace.
 std::string stricter_names(const FaultRow& row) {
   const bool may_shorten = row.reaction == Reaction::open_after_grace;
   std::string names;
@@ -120,15 +120,15 @@ void read_reactions(const JsonValue& root, const Place& root_place, CoreConfig& 
 
 namespace {
 
-/// The confirm time of a fault that opens no pack by itself, and what it may be, a grace included, where the file of
-/// the pack has it open. Other such faults have times that are no keys.
+/// The confirm time of a fault that opens no pack by default, and its maximum, a grace included, if the pack file makes
+/// it open. Other such faults have times that are no keys.
 struct OpeningTime {
   FaultId fault;
   std::string_view key;
   Duration ConfirmTimes::*confirm;
   Duration confirmed_max;
 };
-/// As the other bits of the same STATUS: with its age within 450 ms.
+/// Like the other bits of the same STATUS: with its age within 450 ms.
 constexpr std::array opening_times{
     OpeningTime{FaultId::module_warning, "module_warning_ms", &ConfirmTimes::module_warning, 150ms},
 };

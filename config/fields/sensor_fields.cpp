@@ -1,4 +1,4 @@
-// The rows of what measures current, voltage and insulation: whose word it is, on which bus, and how it is configured.
+// Rows of the sensors of current, voltage and insulation: their protocol, their bus, and their configuration.
 #include <array>
 
 #include "config/fields/id_fields.hpp"

@@ -1,5 +1,5 @@
-// Rows of keys whose value is one of a list of words: the names of an enumeration, or of the devices that have a
-// driver of some kind. The reader, the page and the editor's schema take the words from the row.
+// Rows of keys with one of a list of words as their value: the names of an enumeration, or of the devices that have a
+// driver of one kind. The reader, the documentation page and the editor's schema take the words from the row.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ template <auto Driver>
   return device != nullptr ? device->*Driver : nullptr;
 }
 
-/// The name of a device that has a driver of that kind, or nothing, which is no driver. A new device needs no row.
+/// The name of a device that has a driver of that kind, or empty for no driver. A new device needs no row.
 template <auto Member, auto Driver>
 [[nodiscard]] constexpr auto driver_field(FieldInfo info) {
   using Owner = detail::OwnerOf<Member>;

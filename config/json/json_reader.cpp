@@ -13,14 +13,14 @@ namespace {
 constexpr std::size_t depth_max = 16;
 constexpr std::size_t shown_length_max = 120;
 
-/// Keeps head and tail: a message must stay a message, whatever the file holds.
+/// Keeps head and tail, so that a message has a limited length whatever the file contains.
 std::string shortened(std::string text) {
   constexpr std::size_t half = shown_length_max / 2;
   if (text.size() <= shown_length_max) return text;
   return text.substr(0, half) + " ... " + text.substr(text.size() - half);
 }
 
-/// Bytes a terminal could take for something else become '?'.
+/// Bytes that a terminal could interpret become '?'.
 std::string plain(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
@@ -69,7 +69,7 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
  private:
   struct Level {
     JsonValue* value = nullptr;  // stable: a parent's container does not grow while its child is open
-    std::string key;             // the one read last, if an object
+    std::string key;             // last key read, if an object
   };
 
   bool put(JsonValue value) {
@@ -101,7 +101,7 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
     return &place;
   }
 
-  /// The place of the key or element that is being read.
+  /// Location of the key or element that is being read.
   [[nodiscard]] Place here() const {
     Place place{file_, ""};
     for (const Level& level : levels_) {
@@ -115,7 +115,7 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
     return place;
   }
 
-  /// Where the word or text begins that the parser stopped in; `position` counts the bytes it had read by then.
+  /// Start of the word or text in which the parser stopped; `position` is the number of bytes it had read by then.
   [[nodiscard]] std::size_t token_start(std::size_t position, std::string_view what) const {
     const std::size_t last = position > 0 ? position - 1 : 0;
     if (last > 0 && last < text_.size() && text_[last] == '"' && what.find("unexpected string") != what.npos) {
@@ -135,7 +135,7 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
             .column = 1 + before.size() - line_offset};
   }
 
-  /// The library's words without its exception number and its own count of columns.
+  /// The library's message without its exception number and its own count of columns.
   [[nodiscard]] static std::string reason(std::string_view what) {
     constexpr std::array<std::string_view, 2> openings{"] ", ": "};
     const bool has_position = what.find("parse error at") != std::string_view::npos;
@@ -154,7 +154,7 @@ class TreeBuilder final : public nlohmann::json_sax<JsonValue> {
 
 constexpr std::size_t hinted_length_max = 64;
 
-/// Levenshtein's distance: how many letters to insert, remove or change. One row of the table is kept.
+/// Levenshtein distance: number of characters to insert, remove or change. One row of the table is kept.
 std::size_t edit_distance(std::string_view one, std::string_view other) {
   std::array<std::size_t, hinted_length_max + 1> row{};
   BMU_ASSERT(other.size() < row.size());
@@ -171,7 +171,7 @@ std::size_t edit_distance(std::string_view one, std::string_view other) {
   return row[other.size()];
 }
 
-/// "one of these keys", or the one that was probably meant.
+/// Hint for a message: the probable key, or "one of" all keys.
 std::string known_key_hint(std::string_view key, const std::vector<std::string_view>& known_keys) {
   if (!known_keys.empty() && key.size() <= hinted_length_max) {
     const auto nearer = [key](std::string_view a, std::string_view b) {

@@ -1,4 +1,4 @@
-// What is wrong with a file, and where in it.
+// A problem in a file, and its location.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,19 @@
 
 namespace bmu {
 
-/// Where in a text, counted from 1; a column is a byte.
+/// Position in a text, counted from 1; a column is a byte.
 struct TextPosition {
   std::size_t line = 0;
   std::size_t column = 0;
 };
 
-/// One thing wrong with the file.
+/// One problem in a file.
 struct ConfigProblem {
   std::string file;
   std::string path;                  // JSON pointer, "/limits/cell_overvoltage/open_mV"; empty for the file itself
   std::string found;                 // "4300"
   std::string wanted;                // "at most 4250, the absolute maximum of the cell"
-  std::optional<TextPosition> at{};  // only where the text is not JSON at all
+  std::optional<TextPosition> at{};  // only if the text is not JSON at all
 };
 
 /// "pack.json: /modules/2/node: found 1, wanted a node number no other module has"

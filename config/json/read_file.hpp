@@ -1,4 +1,4 @@
-// The bytes of a file a person named.
+// Reading of a file that the user named.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace bmu {
 
 inline constexpr const char* wanted_file = "a readable file of at most 1 MiB";
 
-/// The file's bytes, or what was found instead. Only regular files: a pipe or a device could block for ever or never
+/// The file's bytes, or a text of what was found instead. Only regular files: a pipe or a device could block or never
 /// end.
 [[nodiscard]] Result<std::string, std::string> read_file(const std::filesystem::path& file);
 

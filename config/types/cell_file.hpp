@@ -11,14 +11,14 @@
 
 namespace bmu {
 
-/// A cell file: the model, and what is only for people.
+/// Content of a cell file: the model, and texts for display only.
 struct CellFile {
   std::string name;
   std::string origin;
   CellModel model;
-  std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` stand for the cell
+  std::optional<CellDynamics> dynamics;  // measured tables; without them the few numbers of `model` describe the cell
   DeratingTables derating;               // those that are given
-  std::optional<ChargePlateauModel> charge_plateau{};  // what a whole charge says of the capacity
+  std::optional<ChargePlateauModel> charge_plateau{};  // capacity from a complete charge
 };
 
 }  // namespace bmu

@@ -1,7 +1,7 @@
-// Contactors and inputs on lines of a GPIO chip of the gateway: which line is what.
+// Contactors and inputs on lines of a GPIO chip of the gateway: the assignment of the lines.
 //
 // Levels are logical: true is "closed" or "driven" of an output and its feedback, "healthy or present" of an input, as
-// in PDU_STATUS. `active_low` says that the wire is at 0 V then.
+// in PDU_STATUS. `active_low`: the wire is at 0 V in this state.
 #pragma once
 
 #include <algorithm>
@@ -31,14 +31,14 @@ enum class GpioOutput : std::uint8_t {
 inline constexpr std::array<std::string_view, 8> gpio_output_names{
     "main_positive", "main_negative", "precharge", "charge", "auxiliary", "fan", "heater", "watchdog"};
 inline constexpr std::size_t gpio_output_count = gpio_output_names.size();
-inline constexpr std::size_t gpio_feedback_count = gpio_output_count - 1;  // nothing follows the watchdog
+inline constexpr std::size_t gpio_feedback_count = gpio_output_count - 1;  // the watchdog has no feedback
 
 enum class GpioInputKind : std::uint8_t {
   vehicle_on,         // the vehicle's ignition
   charger_connected,  // its plug
   estop,              // active: released
   interlock,          // active: loop closed
-  insulation_ok,      // active: the monitor is content
+  insulation_ok,      // active: the monitor reports ok
   supply_ok,          // active: the supply of contactors and gateway is in its range
   resume_button,      // active: pressed
 };
@@ -57,14 +57,14 @@ struct GpioLine {
   bool active_low = false;
 };
 
-/// A line that is read. A level counts once it has stood still for `debounce`.
+/// A line that is read. A level is accepted once it has been stable for `debounce`.
 struct GpioFeedback {
   GpioLine at;
   Duration debounce = 5ms;
 };
 
 struct GpioInput {
-  std::string name;  // for people, unique
+  std::string name;  // display name, unique
   GpioInputKind kind = GpioInputKind::vehicle_on;
   GpioLine at;
   Duration debounce = 5ms;

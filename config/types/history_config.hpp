@@ -1,4 +1,4 @@
-// How the daemon keeps the history of the pack (daemon/history/): no matter of the core.
+// Settings of the pack's history (daemon/history/), which is not part of the core.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The section `intake_air` of the pack file: where the temperature of the intake air, byte 1 of 627h, comes from.
+// The section `intake_air` of the pack file: the source of the temperature of the intake air, byte 1 of 627h.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// Whether the daemon sets up the CAN interfaces it uses, and to what, besides the bit rate of the internal bus.
+// Whether the daemon configures the CAN interfaces it uses, and their settings besides the bit rate of the internal
+// bus.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +8,8 @@ namespace bmu {
 
 struct InterfaceConfig {
   bool set_up = false;
-  std::int32_t vehicle_kbit_per_s = 500;      // of the vehicle bus, where it has an interface of its own
-  std::int32_t charger_kbit_per_s = 0;        // of the charger's; 0: the first that every device there can have
+  std::int32_t vehicle_kbit_per_s = 500;      // of the vehicle bus, if it has an interface of its own
+  std::int32_t charger_kbit_per_s = 0;        // of the charger's; 0: the first that every device there supports
   std::int32_t second_pack_kbit_per_s = 500;  // and of the second pack's
   std::int32_t inverter_kbit_per_s = 500;     // and of the inverter's
   std::int32_t restart_ms = 200;              // after bus-off; 0: the controller stays off the bus

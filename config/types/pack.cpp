@@ -25,7 +25,7 @@ BusNames BusNames::with(const BusNames& given) const {
       name = names.vehicle;
     }
   };
-  // These two first: the others may follow them.
+  // Internal and vehicle first: the others may take their names.
   for (const auto bus :
        {&BusNames::internal, &BusNames::vehicle, &BusNames::charger, &BusNames::second_pack, &BusNames::inverter}) {
     take(bus);

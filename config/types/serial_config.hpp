@@ -1,4 +1,4 @@
-// The serial console: which terminal device, how fast, and whether it may set the number of cells.
+// Settings of the serial console: terminal device, bit rate, and whether it may set the number of cells.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ struct SerialConfig {
   std::uint8_t modules_max = 1;  // that CellC may spread the cells over
 };
 
-/// What every adapter knows.
+/// Bit rates that every adapter supports.
 inline constexpr std::array<std::int32_t, 8> serial_rates_Bd{1'200,  2'400,  4'800,  9'600,
                                                              19'200, 38'400, 57'600, 115'200};
 

@@ -9,18 +9,18 @@ namespace bmu {
 
 namespace {
 
-/// CAN_ERR_* classes of the kernel that change what we may believe.
+/// CAN_ERR_* classes of the kernel that affect the validity of received data.
 constexpr std::uint32_t error_class_bus_off = 0x040;
 constexpr std::uint32_t error_class_restarted = 0x100;
 constexpr std::uint32_t error_class_controller = 0x004;
-/// Bits of byte 1 behind error_class_controller.
+/// Bits of byte 1 with error_class_controller.
 constexpr std::uint8_t controller_passive = 0x30;
 constexpr std::uint8_t controller_active = 0x40;
 
-/// Of any configuration: what a state file asks for beyond is none of ours.
+/// Maximum of any configuration: a longer lockout in a state file is not from this daemon, and is clamped.
 constexpr Duration lockout_max = 600s;
 
-/// Who has a word of its own on the internal bus: modules of another maker leave no room for ours.
+/// Senders on the internal bus: modules of another manufacturer leave no room for bmud modules.
 const Catalogue& internal_catalogue(const CoreConfig& config) {
   using namespace internal_bus;
   const bool is_little = config.sensor.little_endian;
@@ -46,7 +46,7 @@ Core::Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_co
                      ReceiveCheck::Role::master),
       command_counter_(first_counter) {
   sensors_.insulation_known_at = started_at;
-  sequence_.entered_at = started_at;  // open since then, as far as anybody knows
+  sequence_.entered_at = started_at;  // open since then, as far as is known
   modules_.init(config_);
   counter_.init(config_);
   contactor_watch_.init(started_at);
@@ -97,7 +97,7 @@ void Core::restore(const PersistentState& state) {
   if (former != FormerBook::none) {
     events_.push({.id = EventId::former_charges, .at = started_at_, .number = static_cast<std::int64_t>(former)});
   }
-  // How much of it has passed nobody knows.
+  // The elapsed part of it is unknown.
   lockout_ = std::chrono::milliseconds{std::clamp<std::int64_t>(state.closing.lockout_ms, 0, to_ms(lockout_max))};
   locked_out_until_ = started_at_ + lockout_;
   for (const FaultRow& row : fault_table()) {
@@ -119,7 +119,7 @@ Urgency Core::observe(const Observation& observation) {
   return std::visit([&](const auto& what) { return take(observation.at, what); }, observation.what);
 }
 
-/// Our own come back as echoes, never here.
+/// Frames of this node are received as echoes, never here.
 void Core::take_vehicle_frame(const CanFrame& frame, TimePoint at) {
   if (frame.is_extended || frame.is_error) return;
   const VehicleConfig& vehicle = config_.vehicle;
@@ -131,7 +131,7 @@ void Core::take_vehicle_frame(const CanFrame& frame, TimePoint at) {
   if (vehicle.request_id != 0 && frame.id == vehicle.request_id && !frame.is_remote) take_request(frame, at);
 }
 
-/// A stored fault is cleared as by a user, who cannot clear what has to be looked at first.
+/// A stored fault is cleared with the authority of a user, which excludes faults that require an inspection first.
 void Core::take_request(const CanFrame& request, TimePoint at) {
   const bool clears = is_clear_request(request);
   if (clears && !config_.vehicle.may_clear_faults) return requests_.note_refused();
@@ -152,7 +152,7 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
   }
   if (what.port != Port::internal) {
     if (what.port == Port::vehicle && is_misplaced(config_, what.frame)) watchers_.bus.note_misplaced_frame(at);
-    return Urgency::can_wait;  // nobody on the vehicle bus has a say yet
+    return Urgency::can_wait;  // no frame on the other buses affects a decision immediately
   }
   if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame, at);
   if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
@@ -164,8 +164,8 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
                                                 : take_sensor_frame(checked, what.frame, at);
 }
 
-/// Without a unit the signs are those of the sensor, which have no checksum, and the vehicle may have another such
-/// sensor: beside an internal bus on which modules or the own sensor send, they are none.
+/// Without a PDU the evidence is frames of the sensor, which have no checksum, and the vehicle may have another such
+/// sensor: while modules or the pack's own sensor send on the internal bus, they are none.
 bool Core::are_buses_swapped(TimePoint now) const {
   return watchers_.bus.has_misplaced_frames(now) && (config_.contactors.has_pdu || is_internal_bus_silent(now));
 }
@@ -179,15 +179,15 @@ bool Core::is_internal_bus_silent(TimePoint at) const {
                       [&](const ModuleRecord& module) { return is_recent(module.last_answer_at); });
 }
 
-/// Not every driver tells of a restart; a sound frame proves it.
+/// Not every driver reports a restart; a valid frame proves it.
 void Core::note_sound_frame(TimePoint at) {
   if (!is_bus_off_) return;
   is_bus_off_ = false;
   update_bus_state(at);
 }
 
-/// A car's current sensor in the same rows is no module. What an error frame has for an identifier is a number of its
-/// error, and no module's.
+/// The current sensor of a car in the same rows is not a module. The identifier of an error frame is a code of the
+/// error, not of a module.
 bool Core::is_foreign_modules(const CanFrame& frame) const {
   if (are_modules_ours(config_) || frame.is_error) return false;
   const MessageSpec* const message = config_.foreign.driver->catalogue->find(frame).message;
@@ -196,7 +196,7 @@ bool Core::is_foreign_modules(const CanFrame& frame) const {
 
 namespace {
 
-/// Whose identifier it is, whatever is wrong with the frame, as nodes count here; 0: no module's.
+/// Node of the identifier, as counted by this daemon, even if the frame is invalid; 0: not of a module.
 std::uint8_t node_of(const ModuleDriver& driver, const CanFrame& frame) {
   const MessageMatch match = driver.catalogue->find(frame);
   const bool is_of_module =
@@ -212,7 +212,7 @@ Urgency Core::take_foreign_frame(const CanFrame& frame, TimePoint at) {
   if (!checked.is_accepted) return take_foreign_rejected(checked, frame, at);
   note_sound_frame(at);
   const ModuleReport report = driver.take(frame, config_.foreign.options);
-  if (report.node == 0) return Urgency::can_wait;  // nothing that anybody here reads
+  if (report.node == 0) return Urgency::can_wait;  // no content that the core uses
   if (modules_.find(report.node) == nullptr) {
     foreign_check_.reject(frame, RejectReason::not_configured);
     watchers_.bus.note_unknown_module(report.node, at);
@@ -255,8 +255,8 @@ Urgency Core::take_rejected(const CheckedFrame& checked, const CanFrame& frame, 
   const bool is_module = checked.message->sender == Sender::mmu;
   if (checked.message->sender == Sender::sensor) sensors_.refused.note_frame(checked.reason);
   if (is_module) modules_.note_rejected(checked.node, checked.reason);
-  // A wrong length is no noise, which the bus itself would have caught, but a stranger or another firmware; what the
-  // module owes is then missing, and that has a fault of its own.
+  // A wrong length is not noise, which the bus itself would have detected, but another device or another firmware; a
+  // part of the module's answer is then missing, which is a fault of its own.
   const bool is_damaged = checked.reason == RejectReason::wrong_crc;
   if (is_damaged && is_module) modules_.note_damaged(checked.node, at);
   const bool is_conflict = checked.reason == RejectReason::conflicting;
@@ -264,7 +264,7 @@ Urgency Core::take_rejected(const CheckedFrame& checked, const CanFrame& frame, 
   if (is_conflict && is_module) {
     modules_.note_conflict(checked.node, at);
     const ModuleRecord* module = modules_.find(checked.node);
-    const bool has_rival = module != nullptr && module->rival_seen_at == at;  // once may be chance
+    const bool has_rival = module != nullptr && module->rival_seen_at == at;  // a single one may be chance
     if (has_rival) forget_cells_of(checked.node);
   }
   return is_conflict ? Urgency::decide_now : Urgency::can_wait;
@@ -303,7 +303,7 @@ Urgency Core::take_module_frame(const CheckedFrame& checked, const CanFrame& fra
   return crosses || cycle_completed ? Urgency::decide_now : Urgency::can_wait;
 }
 
-/// What a module of another pack says is no measurement of ours; who it is helps to find out why it is here.
+/// Values of a module of another pack are not used; its identity helps to find out why it is here.
 void Core::take_stranger(const CheckedFrame& checked, const CanFrame& frame, TimePoint at) {
   check_.reject(frame, RejectReason::not_configured);
   watchers_.bus.note_unknown_module(checked.node, at);
@@ -313,7 +313,7 @@ void Core::take_stranger(const CheckedFrame& checked, const CanFrame& frame, Tim
   note_identity_for_assignment(checked.node, stranger.serial_number, at);
 }
 
-/// Whatever was learned of a module's cells, where they may be others now.
+/// Discards everything learned about the cells of a module, when these may have been replaced.
 void Core::forget_cells_of(std::uint8_t node) {
   if (modules_.find(node) == nullptr) return;
   cell_charges_.forget_module(modules_.index_of(node));
@@ -352,7 +352,7 @@ void Core::note_identity(const ModuleRecord& module, const Measured<ModuleIdenti
                 .number = serial_number});
 }
 
-/// From here on the module belongs on its new node, and on no other.
+/// From now on the module is registered on its new node, and on no other.
 void Core::note_identity_for_assignment(std::uint8_t node, std::uint32_t serial_number, TimePoint at) {
   if (!assignment_.observe_identity(node, serial_number, at)) return;
   watchers_.bus.forget_unknown_module(watchers_.roster.assign(node, serial_number));
@@ -376,7 +376,7 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
     return Urgency::can_wait;
   }
   const bool is_of_second = checked.message->base_id == internal_bus::sensor_current_2.base_id;
-  // What a sensor says whose settings nobody knows is no measurement.
+  // Results of a sensor with unknown settings are no measurements.
   const SensorSetup& setup = is_of_second ? second_sensor_setup_ : sensor_setup_;
   if (!is_pdu && !setup.are_results_good(at)) return Urgency::can_wait;
   sensors_.observe(*checked.message, frame, at, config_);
@@ -391,7 +391,7 @@ Urgency Core::take_sensor_frame(const CheckedFrame& checked, const CanFrame& fra
   return is_first ? follow_current(at) : Urgency::can_wait;
 }
 
-/// Of a sensor that has frames of its own; nothing if it is none.
+/// A frame of a sensor with frames of its own; none: another frame.
 std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoint at) {
   const auto news_of = [&frame](const CurrentSensorDriver* driver) {
     return driver != nullptr ? driver->take(frame) : CurrentNews{};
@@ -408,7 +408,7 @@ std::optional<Urgency> Core::take_foreign_current(const CanFrame& frame, TimePoi
   return is_first ? follow_current(at) : Urgency::can_wait;
 }
 
-/// Our own frames are not heard: what commands a sensor is somebody else, with whatever command.
+/// Frames of this node are not received: a command to a sensor is from another node, whatever the command.
 bool Core::is_foreign_sensor_command(const CanFrame& frame) const {
   return sensor_setup_.is_command(frame) || second_sensor_setup_.is_command(frame);
 }
@@ -418,7 +418,7 @@ Urgency Core::take_foreign_sensor_command(const CanFrame& frame, TimePoint at) {
   return take_masters_frame(frame, at);
 }
 
-/// A sensor's answer about its settings.
+/// Answer of a sensor about its settings.
 bool Core::take_sensor_answer(const CanFrame& frame, TimePoint at) {
   return take_sensor_answer(sensor_setup_, frame, at) || take_sensor_answer(second_sensor_setup_, frame, at);
 }
@@ -447,7 +447,7 @@ void Core::note_sensor_setup(const SensorSetup& before, const SensorSetup& setup
                 .number = static_cast<std::int64_t>(problem.trouble)});
 }
 
-/// One for each channel that was configured anew; one in all, without trouble, where it was found as wanted.
+/// One event for each channel that was corrected; a single one, without trouble, if the settings were as expected.
 void Core::note_sensor_set_up(const SensorSetup& setup, TimePoint at) {
   bool has_changed = false;
   for (const SensorSetupProblem& changed : setup.changed()) {
@@ -463,10 +463,10 @@ void Core::note_sensor_set_up(const SensorSetup& setup, TimePoint at) {
   events_.push({.id = EventId::sensor_set_up, .at = at, .reading = {.element = {.number = setup.first_told()}}});
 }
 
-/// The first current, if what was heard at `at` was one.
+/// Evaluates the first current, if the frame received at `at` contained a valid one.
 Urgency Core::follow_current(TimePoint at) {
   const Measured<std::int32_t>& current = sensors_.current_mA;
-  if (current.taken_at != at) return Urgency::can_wait;  // the result was none
+  if (current.taken_at != at) return Urgency::can_wait;  // the result was not valid
   counter_.observe(current, sensors_.pack_voltage_mV);
   watchers_.overload.observe(current);
   const bool crosses = current.value >= config_.limits.discharge_overcurrent.open ||
@@ -474,7 +474,7 @@ Urgency Core::follow_current(TimePoint at) {
   return crosses ? Urgency::decide_now : Urgency::can_wait;
 }
 
-/// An input says no, a wish ended, or a contact moved.
+/// An input is not healthy, a request ended, or a contact moved.
 Urgency Core::urgency_of(const PduState& before, const PduState& now) {
   const bool request_fell =
       (before.vehicle_on && !now.vehicle_on) || (before.charger_connected && !now.charger_connected);
@@ -482,14 +482,14 @@ Urgency Core::urgency_of(const PduState& before, const PduState& now) {
   return !now.is_healthy() || request_fell || contact_moved ? Urgency::decide_now : Urgency::can_wait;
 }
 
-/// A unit that started anew counts from somewhere else. A few words may be lost in between, at 50 ms each.
+/// The counter of a PDU that restarted starts elsewhere. A few messages may be lost in between, at 50 ms each.
 void Core::note_pdu_counter(std::uint8_t counter) {
   constexpr std::uint8_t steps_max = 4;
   const auto steps = static_cast<std::uint8_t>(counter - pdu_counter_);
   if ((steps == 0 || steps > steps_max) && !pdu_words_lost_) flags_.pdu_restarted = true;
 }
 
-/// One of those that the inverter is told.
+/// One of the messages that this node sends to the inverter.
 bool Core::is_battery_frame(const CanFrame& frame) const {
   BatteryReport ignored;
   return inverter_.is_there() && config_.inverter.driver->hear(frame, ignored) != BatteryWord::none;
@@ -499,7 +499,8 @@ Urgency Core::take(TimePoint at, const FrameEchoed& what) {
   const VehicleConfig& vehicle = config_.vehicle;
   const bool is_reply = vehicle.request_id != 0 && what.frame.id == reply_id_of(vehicle);
   const bool is_report = is_reply || what.frame.id - vehicle.base_id < vehicle_message_count;
-  // One interface for several buses tells every frame as the first of them; it counts for the one that sent it.
+  // One interface for several buses reports every frame under the first of them; it is counted for the bus that sent
+  // it.
   const bool is_charger_command = chargers_.is_there() && chargers_.driver().order_of(what.frame).has_value();
   const bool is_for_inverter = is_battery_frame(what.frame);
   const Port port = is_report            ? Port::vehicle
@@ -524,7 +525,7 @@ Urgency Core::take(TimePoint at, const SendFailed& what) {
   if (is_question) rounds_.note_failed();
   if (what.port == Port::inverter) inverter_reporter_.note_failed(what.frame);
   const bool is_order = what.port == Port::charger && chargers_.is_there() && chargers_.driver().order_of(what.frame);
-  if (is_order) charger_command_at_ = at + charger_at_once - chargers_.driver().command_period;  // again before long
+  if (is_order) charger_command_at_ = at + charger_at_once - chargers_.driver().command_period;  // retried soon
   return Urgency::can_wait;
 }
 
@@ -545,7 +546,7 @@ Urgency Core::take(TimePoint, const FramesLost& what) {
   ports_[static_cast<std::size_t>(what.port)].frames_lost += what.count;
   if (what.port != Port::internal) return Urgency::can_wait;
   flags_.frames_lost_seen = true;
-  // A jump of the unit's counter then says nothing, whether its word came just before this or is still to come.
+  // A jump of the PDU's counter is then no evidence, whether its message came just before this or is still to come.
   flags_.pdu_restarted = false;
   pdu_words_lost_ = true;
   command_link_.note_echoes_lost();
@@ -635,7 +636,7 @@ Urgency Core::take(TimePoint at, const IntakeAirSeen& what) {
   return Urgency::can_wait;
 }
 
-/// Whenever the bus was away, what was known before says nothing about now.
+/// After the bus was down, previous values are invalid.
 void Core::update_bus_state(TimePoint at) {
   const bool is_up = ports_[static_cast<std::size_t>(Port::internal)].is_up && !is_bus_off_;
   if (is_up == flags_.internal_bus_up) return;
@@ -644,7 +645,7 @@ void Core::update_bus_state(TimePoint at) {
   start_over(at);
 }
 
-/// As after a start: nothing is known, and "not yet heard" is not "lost" for a while.
+/// As after a start: all values are invalid, and a module or sensor counts as lost only after start_grace.
 void Core::start_over(TimePoint at) {
   view_began_at_ = at;
   seen_complete_ = false;

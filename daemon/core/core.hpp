@@ -1,19 +1,19 @@
-// The battery management unit itself: fed with what was seen, asked once a tick what to do.
+// The core of the battery management unit: it receives observations and decides once a tick.
 //
-//   observe(o)    takes in one observation; changes what is known, never what is commanded
+//   observe(o)    handles one observation; changes what is known, never what is commanded
 //   decide(now)   in one fixed order: summarise, estimate, evaluate faults, permission, contactors, limits, polls and
 //                 reports, all through the output gate
 //
-// Call decide() at Decisions::wake_at (every 10 ms, deadlines advance by the period), and at once when observe() says
-// `decide_now`: opening never waits for the clock. Times come from one monotonic clock and never go back; a decide()
-// more than `loop_gap_max` after the last one means that we were stopped or starved: everything known is forgotten and
-// the contactors open first.
+// Call decide() at Decisions::wake_at (every 10 ms, deadlines advance by the period), and immediately when observe()
+// returns `decide_now`: opening never waits for the clock. Times are from one monotonic clock and never go back; a
+// decide() more than `loop_gap_max` after the last one means that the control loop stalled: all values are invalidated
+// and the contactors open first.
 //
-// The daemon's shell also tells the wall clock and how its own disk and memory are; nothing but records and warnings
-// depends on them.
+// The daemon's shell also reports the wall clock and the state of its own disk and memory; only records and warnings
+// depend on them.
 //
-// No I/O, no clock, no log, no thread, no allocation. Identical observations and ticks give identical decisions.
-// Cost: observe about 0.1 us a frame, decide about 30 us for 192 cells (docs/performance.md).
+// No I/O, no clock, no log, no thread, no allocation. Identical observations and ticks give identical decisions. Cost:
+// observe about 0.1 us a frame, decide about 30 us for 192 cells (docs/performance.md).
 #pragma once
 
 #include <array>
@@ -77,51 +77,53 @@
 
 namespace bmu {
 
-/// Silence from ourselves: longer, and nothing known may count as fresh. Together with the 50 ms between two contactor
-/// commands it stays below the 200 ms after which the power distribution unit opens by itself: we are never the one who
-/// closes again what it has opened.
+/// Maximum stall of the control loop: after a longer one no value may count as fresh. Together with the 50 ms between
+/// two contactor commands it is below the 200 ms after which the power distribution unit opens by itself: this node
+/// never closes again what the PDU has opened.
 inline constexpr Duration loop_gap_max = 130ms;
-/// A module, sensor or PDU that has not been heard this long after start is lost, not late.
+/// Time after the start at which a module, sensor or PDU that has not been received counts as lost.
 inline constexpr Duration start_grace = 2s;
-/// A tick that came later than this is told as a warning; loop_gap_max is where it opens.
+/// Delay of a tick above which it is reported as a warning; loop_gap_max is the limit for opening.
 inline constexpr Duration tick_late = 50ms;
-/// A suspicious module is asked again this long after its last sample: sooner it would tell the same one.
+/// Delay of a single poll for a pending value after the module's last sample: an earlier one would return the same
+/// sample.
 inline constexpr Duration ask_again_after = 15ms;
-/// A stranger on the bus is asked who it is this often, until it says so.
+/// Interval of the identity polls of an unknown module, until it has answered.
 inline constexpr Duration ask_stranger_every = 1s;
-/// Commands to chargers are at least so far apart: less is commanded at once, and one that was not sent comes again.
+/// Minimum interval of commands to chargers: reductions are sent immediately, and a command that was not sent is
+/// repeated.
 inline constexpr Duration charger_at_once = 50ms;
-/// The wall clock has jumped when it is this much off what it was going to be.
+/// Minimum deviation of the wall clock from its expected time that counts as a jump.
 inline constexpr Duration clock_jump_min = 2s;
 
-/// The last time closed contactors were opened (or a closing was broken off), and the chain that led there.
+/// The last opening of closed contactors (or abort of a closing), and the chain of causes.
 struct OpeningRecord {
   OpeningCause cause = OpeningCause::none;
   TimePoint at{};
   Phase from = Phase::open;
   FaultId fault{};    // for cause fault
   Blocker blocker{};  // for cause permission
-  Reading reading;    // what was seen: value, element, when it was taken; of a permission the element, if there is one
+  Reading reading;    // value, element and sample time of the cause; of a permission the element, if any
   std::int64_t threshold = 0;
-  bool is_restored = false;     // the fault is a former life's: reading and confirmation have no time
+  bool is_restored = false;     // fault of a previous session: reading and confirmation have no time
   TimePoint suspected_since{};  // first sample beyond the threshold
   TimePoint confirmed_at{};
-  Measured<std::int32_t> current_mA;  // what the first main contactor had to break; not known if it was not
+  Measured<std::int32_t> current_mA;  // broken by the first main contactor; unknown if it was
 };
 
-/// The last wish to close that came to nothing.
+/// The last close request that was refused.
 struct RefusalRecord {
   bool has_happened = false;
   TimePoint at{};
   Blocker blocker{};
-  FaultId fault{};  // of blocker `fault`: the first that stands against closing
-  // Of the fault as it was confirmed; of `link_follows`, and of a fault that is about the link (is_about_link), link
-  // and pack voltage in mV; the latter 0 where they are not known.
+  FaultId fault{};  // of blocker `fault`: the first one that inhibits closing
+  // Of the fault, at its confirmation; of `link_follows`, and of a fault that concerns the link (is_about_link), DC
+  // link and pack voltage in mV, the latter two 0 if unknown.
   Reading reading;
   std::int64_t threshold = 0;
 };
 
-/// How the last closing went.
+/// Result of the last closing.
 struct PrechargeRecord {
   bool has_run = false;
   bool was_successful = false;
@@ -135,7 +137,7 @@ struct PrechargeRecord {
 
 struct PortStatus {
   bool is_up = false;
-  std::uint64_t frames_sent = 0;  // handed over; see frames_echoed for what was on the bus
+  std::uint64_t frames_sent = 0;  // passed to the kernel; frames_echoed: transmitted on the bus
   std::uint64_t frames_echoed = 0;
   std::uint64_t sends_failed = 0;
   std::uint64_t frames_lost = 0;  // receive overruns
@@ -145,24 +147,24 @@ struct PortStatus {
 
 class Core {
  public:
-  /// `started_at`: the first instant of this life. The ports count as down until told otherwise. `first_counter`: where
-  /// the counters of all we send begin. A receiver that heard a life before this one takes no frame with the counter it
-  /// took last, so each life begins somewhere else: a random number does.
+  /// `started_at`: first instant of this session. The ports count as down until reported otherwise. `first_counter`:
+  /// start of the counters of all messages of this node. A receiver of the previous session accepts no frame with the
+  /// last counter that it accepted, so each session starts with another counter, e.g. a random number.
   Core(const CoreConfig& config, TimePoint started_at, std::uint8_t first_counter = 0);
 
-  /// What former lives remembered, if anything: somebody keeps what this one will. Before the first observation; locks
-  /// hold from the first decision on.
+  /// Restores the state of previous sessions, if any; it also means that the state of this session will be saved. To be
+  /// called before the first observation; latches apply from the first decision on.
   void restore(const PersistentState& state);
-  /// What is to be remembered now. It has changed when `persistent_generation` has.
+  /// State to be saved now. It has changed if `persistent_generation` has.
   [[nodiscard]] const PersistentState& persistent() const { return persistent_; }
   [[nodiscard]] std::uint32_t persistent_generation() const { return persistent_generation_; }
 
   Urgency observe(const Observation& observation);
   Decisions decide(TimePoint now);
 
-  // What is known and decided, for the status socket and for tests. References stay valid; contents change with the
-  // next observe or decide.
-  /// As it was given, but for `ages` of what modules say: those that hold at the present pace.
+  // Values and decisions, for the status socket and for tests. References stay valid; contents change with the next
+  // observe or decide.
+  /// As passed to the constructor, except `ages` of module data: those that apply at the present poll rate.
   [[nodiscard]] const CoreConfig& config() const { return config_; }
   [[nodiscard]] TimePoint started_at() const { return started_at_; }
   [[nodiscard]] TimePoint decided_at() const { return decided_at_; }
@@ -172,7 +174,7 @@ class Core {
   [[nodiscard]] const SensorTable& sensors() const { return sensors_; }
   [[nodiscard]] const SensorSetup& sensor_setup() const { return sensor_setup_; }
   [[nodiscard]] const SensorSetup& second_sensor_setup() const { return second_sensor_setup_; }
-  /// Of the source that the pack file names; unknown where there is none, and while it is too old or no temperature.
+  /// From the source in the pack file; unknown without a source, and while the value is stale or no temperature.
   [[nodiscard]] Temperature_dC intake_air_dC(TimePoint now) const;
   [[nodiscard]] const InsulationTable& insulation() const { return insulation_; }
   [[nodiscard]] const FaultMemory& faults() const { return faults_; }
@@ -184,31 +186,31 @@ class Core {
   [[nodiscard]] PowerLimits power_limits() const;
   [[nodiscard]] const ChargeState& charge() const { return counter_.state(); }
   [[nodiscard]] const PackEstimate& estimate() const { return estimate_; }
-  /// Over all lives; nothing if nobody keeps them.
+  /// Over all sessions; none if they are not saved.
   [[nodiscard]] std::optional<PackTotals> totals() const {
     return has_memory_ ? std::optional(totals_with(former_totals_, counter_.state())) : std::nullopt;
   }
-  /// How often a daemon has started with this pack and seen all of it, this time included; not before that, nor where
-  /// nobody keeps it.
+  /// Number of starts of a daemon with this pack in which the whole pack was received, including this one; none before
+  /// that, and if it is not saved.
   [[nodiscard]] std::optional<std::uint32_t> starts() const {
     return is_start_counted_ ? std::optional(persistent_.starts) : std::nullopt;
   }
   [[nodiscard]] const ChargePause& charge_pause() const { return charge_pause_; }
-  /// As it is told; nothing while it is not known.
+  /// As published; none while it is unknown.
   [[nodiscard]] std::optional<std::int32_t> soc_permille() const;
   [[nodiscard]] const OpeningRecord& last_opening() const { return last_opening_; }
-  /// Nothing closes before this.
+  /// End of the lockout: no contactor closes before.
   [[nodiscard]] TimePoint locked_out_until() const { return locked_out_until_; }
   [[nodiscard]] const RefusalRecord& last_refusal() const { return last_refusal_; }
-  /// A key of the pack file that explains the fault, by what is seen at `now`.
+  /// A key of the pack file that explains the fault, based on the values at `now`.
   [[nodiscard]] LikelyCause likely_cause(FaultId fault, TimePoint now) const;
   [[nodiscard]] const PrechargeRecord& last_precharge() const { return last_precharge_; }
-  /// Of all frames on the internal bus, whoever's.
+  /// Of all frames on the internal bus, of any sender.
   [[nodiscard]] ReceiveCounts receive_counts() const;
   [[nodiscard]] const ReceiveCheck& receive_check() const { return check_; }
-  /// What foreign modules say passes a check of its own; without such modules nothing does.
+  /// Check of the frames of another manufacturer's modules; without such modules it accepts nothing.
   [[nodiscard]] const ReceiveCheck& foreign_check() const { return foreign_check_; }
-  /// What foreign modules are told to bleed above; nothing: they bleed nothing, or are ours.
+  /// Voltage above which modules of another manufacturer are commanded to bleed; none: no bleeding, or bmud modules.
   [[nodiscard]] std::optional<std::int32_t> bleed_above_uV() const {
     return shutting_down_ ? std::nullopt : balancing_.bleed_above_uV(pack_);
   }
@@ -220,15 +222,15 @@ class Core {
   [[nodiscard]] ModuleFinding finding(const ModuleRecord& module) const {
     return watchers_.roster.finding(module, modules_, decided_at_);
   }
-  /// Everything is commanded open, nobody wants it otherwise, and nobody is about to leave: who belongs on which node
-  /// may be changed.
+  /// All contactors are commanded open, there is no close request and no shutdown: the nodes of the modules may be
+  /// changed.
   [[nodiscard]] bool may_change_modules() const {
     return !outputs_.any_contactor() && !request_.is_present() && !shutting_down_;
   }
-  /// Somebody asks for a closed pack: an edge of vehicle-on or charger-connected since start or the last opening.
+  /// A close request: an edge of vehicle-on or charger-connected since start or the last opening.
   [[nodiscard]] bool is_close_requested() const { return request_.is_present(); }
   [[nodiscard]] Wish wish() const { return {request_.is_by_vehicle(), request_.is_by_charger()}; }
-  /// `now`: not before the last observation.
+  /// Precondition: `now` is not before the last observation.
   [[nodiscard]] ModeInputs mode_inputs(TimePoint now) const;
   [[nodiscard]] PackMode mode(TimePoint now) const { return pack_mode(mode_inputs(now)); }
   [[nodiscard]] const Watchers& watchers() const { return watchers_; }
@@ -239,27 +241,27 @@ class Core {
   [[nodiscard]] const BalancingControl& balancing() const { return balancing_; }
   [[nodiscard]] const CellRequests::Counts& cell_requests() const { return requests_.counts(); }
   [[nodiscard]] const ChargerTable& chargers() const { return chargers_; }
-  /// What a charger's unit was asked for last.
+  /// Last commanded current of a charger's unit.
   [[nodiscard]] std::int32_t ordered_mA(std::size_t unit) const { return ordered_mA_[unit]; }
   [[nodiscard]] const ChargeControl& charge_control() const { return charge_; }
-  /// The charge goes on by itself when its charger is heard again.
+  /// The charge resumes automatically when its charger is received again.
   [[nodiscard]] bool is_resume_pending() const { return charge_resume_.is_pending(); }
   [[nodiscard]] const ChargerWatch& charger_watch() const { return charger_watch_; }
   [[nodiscard]] const InverterWatch& inverter() const { return inverter_; }
   [[nodiscard]] bool is_inverter_silent() const { return inverter_.is_silent(decided_at_, flags_.closed_since); }
-  /// What the inverter is told, as it is now.
+  /// Present report to the inverter.
   [[nodiscard]] BatteryReport inverter_report() const { return inverter_reporter_.report(inverter_view(decided_at_)); }
   [[nodiscard]] const SecondPack& second_pack() const { return second_pack_; }
   [[nodiscard]] const CellChargeBook& cell_charges() const { return cell_charges_; }
   [[nodiscard]] bool is_balancing_switched_off() const { return balancing_off_; }
-  /// ms since 1970 at `at`; 0 while nobody has told the time.
+  /// ms since 1970 at `at`; 0 while the wall clock is unknown.
   [[nodiscard]] std::int64_t unix_time_ms(TimePoint at) const;
   [[nodiscard]] std::uint64_t gate_refusals() const { return gate_refusals_; }
-  /// What the gate lets out, as it is now.
+  /// Present rules of the output gate.
   [[nodiscard]] GateRules gate_rules() const;
 
  private:
-  // observe, one kind each
+  // observe, one overload per kind
   Urgency take(TimePoint at, const FrameReceived& what);
   Urgency take(TimePoint at, const FrameEchoed& what);
   Urgency take(TimePoint at, const SendFailed& what);
@@ -373,7 +375,7 @@ class Core {
   void record_confirmed(FaultId id, TimePoint now);
   void record_cleared(FaultId id, TimePoint now);
   void touch_persistent() { ++persistent_generation_; }
-  /// Through the gate. False: it is not handed on; whoever counts on it has to know.
+  /// Sends a frame through the gate. False: not sent; a caller that depends on it must handle this.
   bool send(Port port, const CanFrame& frame, Decisions& out);
   [[nodiscard]] InverterLimits inverter_bounds() const;
   [[nodiscard]] FaultInputs fault_inputs(TimePoint now) const;
@@ -394,7 +396,7 @@ class Core {
 
   CoreConfig config_;
   TimePoint started_at_;
-  TimePoint view_began_at_;  // start, or when we last had to forget everything
+  TimePoint view_began_at_;  // start, or when all values were last invalidated
   TimePoint decided_at_{};
   TimePoint next_tick_;
   std::uint64_t ticks_ = 0;
@@ -405,15 +407,15 @@ class Core {
   SensorTable sensors_;
   CoulombCounter counter_;
   PackEstimate estimate_;
-  TimePoint estimate_kept_at_{};  // zero: not yet in this life
-  bool has_kept_last_ = false;    // the record of the end
-  bool has_memory_ = false;       // somebody keeps what outlives this
+  TimePoint estimate_kept_at_{};  // zero: not yet in this session
+  bool has_kept_last_ = false;    // the record at the end
+  bool has_memory_ = false;       // the persistent state is saved
   PackTotals former_totals_;
   bool is_start_counted_ = false;
   ChargePause charge_pause_;
   CellChargeBook cell_charges_;
-  TimePoint charges_looked_at_{};  // whether they are worth keeping
-  TimePoint charges_kept_at_{};    // zero: not yet in this life
+  TimePoint charges_looked_at_{};  // last check whether they are worth a record
+  TimePoint charges_kept_at_{};    // zero: not yet in this session
   PackState pack_;
   FaultMemory faults_;
   PackMode mode_before_ = PackMode::open;  // before the faults of this tick
@@ -436,13 +438,13 @@ class Core {
   ModuleRounds rounds_;
   PollPacer pace_;
   AgeConfig configured_ages_;
-  TimePoint ages_slow_until_{};  // what was asked at the parked pace is not yet replaced
+  TimePoint ages_slow_until_{};  // values polled at the `parked` rate are not yet replaced
   ModuleSetup setup_;
   CommandTurns turns_;
   ModuleBroadcasts broadcasts_;
   ModuleAssignment assignment_;
   BalancingControl balancing_;
-  std::array<std::optional<BalancingOrder>, modules_max> waiting_orders_{};  // for the module's turn
+  std::array<std::optional<BalancingOrder>, modules_max> waiting_orders_{};  // until the module is free
   VehicleReporter reporter_;
   CellReporter cell_reporter_;
   CellRequests requests_;
@@ -456,23 +458,23 @@ class Core {
   InverterWatch inverter_;
   InverterReporter inverter_reporter_;
   TimePoint charger_command_at_{};                            // the last; zero: none yet
-  std::array<std::int32_t, charger_units_max> ordered_mA_{};  // of each unit, in it
-  bool was_enabled_ = false;                                  // likewise
-  bool was_in_progress_ = false;                              // likewise
-  bool is_plugged_in_ = false;                                // by the last fresh word
+  std::array<std::int32_t, charger_units_max> ordered_mA_{};  // of each unit, in that command
+  bool was_enabled_ = false;                                  // in that command
+  bool was_in_progress_ = false;                              // in that command
+  bool is_plugged_in_ = false;                                // in the last fresh status
   TimePoint errors_cleared_at_{};                             // of chargers that latch them
-  std::uint8_t errors_cleared_ = 0;                           // tries, since it was plugged in
+  std::uint8_t errors_cleared_ = 0;                           // attempts, since it was plugged in
   ChargeResume charge_resume_;
   OpeningRecord last_opening_;
   RefusalRecord last_refusal_;
   PrechargeRecord last_precharge_;
   std::array<PortStatus, port_count> ports_{};
-  EventQueue events_;  // raised while observing or deciding, told in order with the next decisions
+  EventQueue events_;  // raised in observe or decide, returned in order with the next decisions
 
   bool seen_complete_ = false;
   CloseRequest request_;
-  bool clear_ours_ = false;                     // latched faults, with the next decision
-  CommandGiven clear_given_;                    // and who asked for it
+  bool clear_ours_ = false;                     // clear latched faults with the next decision
+  CommandGiven clear_given_;                    // and its authority and user
   std::optional<CommandGiven> accept_given_{};  // with the next decision
   std::optional<CommandGiven> assign_given_{};
   TimePoint stranger_asked_at_{};
@@ -482,20 +484,20 @@ class Core {
   TimePoint shut_down_at_{};
   bool shut_down_told_ = false;
   TimePoint locked_out_until_{};
-  Duration lockout_{};            // how long that was when it began
-  bool link_shows_weld_ = false;  // until the fault is there
-  TimePoint request_over_at_{};   // the last opening because nobody asked any more
+  Duration lockout_{};            // its full length when it started
+  bool link_shows_weld_ = false;  // until the fault is confirmed
+  TimePoint request_over_at_{};   // the last opening because the close request ended
   TimePoint outputs_changed_at_{};
   CommandLink command_link_;
   std::uint8_t command_counter_ = 0;
   std::uint8_t pdu_counter_ = 0;
-  bool pdu_words_lost_ = false;  // perhaps, on this machine, since the last one
+  bool pdu_words_lost_ = false;  // possibly, on this host, since the last one
   std::uint64_t gate_refusals_ = 0;
   bool is_clock_known_ = false;
-  Duration clock_offset_{};  // wall clock less monotonic clock
+  Duration clock_offset_{};  // wall clock minus monotonic clock
   PersistentState persistent_;
   std::uint32_t persistent_generation_ = 0;
-  /// The configuration is given, and the ages that hold at the present pace follow from it.
+  /// The configuration is not restored, and the ages at the present poll rate follow from it.
   void after_reading_fields() { config_.ages = ages_now(decided_at_); }
   [[nodiscard]] bool are_fields_possible() const;
   BMU_FIELDS(skipped(config_), started_at_, view_began_at_, decided_at_, next_tick_, ticks_, check_, foreign_check_,

@@ -1,4 +1,4 @@
-// What chargers are asked for, and whether they are asked again: a core's stages about them.
+// Stages of the core for charging: commands to the chargers, and resuming a charge.
 #include <algorithm>
 #include <numeric>
 
@@ -6,7 +6,7 @@
 
 namespace bmu {
 
-/// A word that is not fresh says nothing of the plug: it is where it was.
+/// While the PDU status is not fresh the state of the plug is unchanged.
 void Core::follow_plug(TimePoint now) {
   if (!pdu_fresh(now)) return;
   is_plugged_in_ = sensors_.pdu.value.charger_connected;
@@ -15,7 +15,7 @@ void Core::follow_plug(TimePoint now) {
   errors_cleared_ = 0;
 }
 
-/// Something is bled or may have to be, and nothing forbids it.
+/// Balancing is in progress or may be required, and nothing inhibits it.
 bool Core::has_to_balance() const {
   return balancing_.blockers() == 0 && balancing_.verdict() != PlanVerdict::balanced;
 }
@@ -52,13 +52,13 @@ void Core::charge(TimePoint now) {
     events_.push(
         {.id = EventId::charge_stage_changed, .at = now, .number = static_cast<std::int64_t>(charge_.stage())});
   }
-  // A full pack is left by itself: what else would close it again has to ask anew. What is drawn from it meanwhile is
-  // no reason to stay; what still flows in is one to wait.
+  // The charger's request for a full pack is dropped: closing again requires a new request. Current drawn from the pack
+  // does not delay this; current that still flows into it does.
   const bool has_ended = pack_.current_mA.is_valid() && pack_.current_mA.value >= -small_current_mA;
   if (charge_.is_done() && request_.is_by_charger() && has_ended) request_.drop_charger();
 }
 
-/// Nobody has done anything to the pack since its charger fell silent, and nothing else is wrong with it.
+/// Inputs healthy, no other fault and no shutdown: the pack was left untouched since its charger was lost.
 bool Core::is_hands_off(TimePoint now) const {
   const bool has_other_fault = std::any_of(fault_table().begin(), fault_table().end(), [this](const FaultRow& row) {
     return row.id != FaultId::charger_silent && faults_.state(row.id).is_present() &&
@@ -67,7 +67,7 @@ bool Core::is_hands_off(TimePoint now) const {
   return inputs_healthy(now) && !has_other_fault && !shutting_down_;
 }
 
-/// After a power cut the pack is charged on, as if the charger had been plugged in anew.
+/// Resumes a charge after a power cut, as if the charger had been plugged in again.
 void Core::resume_charge(TimePoint now) {
   const bool goes_on = charge_resume_.step({.now = now,
                                             .is_silent = charger_watch_.silent_unit() != 0,
@@ -79,8 +79,8 @@ void Core::resume_charge(TimePoint now) {
   if (goes_on) request_.plug_in_again();
 }
 
-/// What a charger has latched while nobody told it anything is cleared by a word that comes and goes; a few times, as
-/// some errors take more than a word.
+/// Clears errors that a charger latched while it received no commands, by a signal that is set and reset; several
+/// times, since some errors need more than one.
 bool Core::clears_charger_errors(std::size_t unit, TimePoint now) {
   constexpr Duration every = 2s;
   constexpr std::uint8_t tries_max = 10;
@@ -91,12 +91,12 @@ bool Core::clears_charger_errors(std::size_t unit, TimePoint now) {
   return true;
 }
 
-/// Never for a pack that is open, or is not to be charged: nobody has a use for mains then.
+/// Never for a pack that is open, or must not be charged: mains is not needed then.
 bool Core::may_request_mains() const {
   return config_.charger.requests_mains && permission_.may_charge && charge_.is_in_progress();
 }
 
-/// What is asked for is shared by those that talk; one that is silent may still hear, and is told to stop.
+/// The units that report share the current; a unit that is lost may still receive, and is commanded to stop.
 ChargerOrder Core::order_of_unit(std::size_t unit, TimePoint now) const {
   ChargerOrder order{.master_address = config_.charger.master_address,
                      .voltage_mV = charge_.voltage_mV(),
@@ -105,18 +105,19 @@ ChargerOrder Core::order_of_unit(std::size_t unit, TimePoint now) const {
   const auto sharing = static_cast<std::int32_t>(chargers_.talking_count(now));
   if (!charge_.is_enabled() || !chargers_.is_talking(unit, now)) return order;
   order.is_enabled = true;
-  // One that comes later waits until the others have come down for it.
+  // A unit that reports later waits until the others have reduced their current for it.
   const TimePoint talks_since = chargers_.unit(unit).talks_since;
   const bool is_late = talks_since > charge_.since() && now - talks_since < chargers_.driver().settle;
   if (!is_late) order.current_mA = charge_.current_mA() / sharing;
   return order;
 }
 
-/// Also while nothing is asked for: a charger that hears nothing may think for itself. Less is told at once.
+/// Also sent while no current is requested: a charger without commands may act on its own. Reductions are sent
+/// immediately.
 void Core::send_charger_commands(TimePoint now, Decisions& out) {
   constexpr std::int32_t step_mA = 500;
   if (!chargers_.is_there() || rest_.is_resting() || !has_way(Port::charger, now)) return;
-  if (!ports_[static_cast<std::size_t>(Port::charger)].is_up) return;  // said when there is somebody to hear it
+  if (!ports_[static_cast<std::size_t>(Port::charger)].is_up) return;  // sent once the bus is up
   const Duration since_last = now - charger_command_at_;
   const std::int32_t told_mA = std::accumulate(ordered_mA_.begin(), ordered_mA_.end(), 0);
   const bool has_stopped = (was_enabled_ && !charge_.is_enabled()) || (was_in_progress_ && !charge_.is_in_progress());
@@ -130,7 +131,7 @@ void Core::send_charger_commands(TimePoint now, Decisions& out) {
     ChargerOrder order = order_of_unit(unit, now);
     order.clears_errors = clears_charger_errors(unit, now);
     const CanFrame command = chargers_.driver().command(static_cast<std::uint8_t>(unit), order);
-    // What did not go out was not asked for: the gate would take it for granted the next time.
+    // A command that was not sent does not count as commanded: the gate would rely on it the next time.
     if (send(Port::charger, command, out)) ordered_mA_[unit] = order.current_mA;
   }
 }

@@ -1,4 +1,4 @@
-// What the core decides once a tick, in one fixed order.
+// Decisions of the core once a tick, in one fixed order.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +11,11 @@ namespace bmu {
 
 namespace {
 
-/// How long after a shut-down command, and after everything was commanded open, we wait for the contacts' word before
-/// leaving anyway.
+/// Maximum wait for the feedback after a shutdown command and after all contactors were commanded open; then the
+/// session ends nevertheless.
 constexpr Duration shut_down_patience = 500ms;
 
-/// As event.cpp reads it.
+/// Encoding as read by event.cpp.
 void put_excess(Event& event, const ChargerExcess& excess) {
   event.reading.value = excess.is_voltage ? 2 : 1;
   event.threshold = excess.asked;
@@ -68,7 +68,7 @@ Decisions Core::decide(TimePoint now) {
 /// Deadlines advance by the period, so an early tick between two of them moves nothing.
 TimePoint Core::advance_tick(TimePoint now) {
   if (next_tick_ <= now) next_tick_ += tick_period;
-  if (next_tick_ <= now) next_tick_ = now + tick_period;  // we were late by more than one; no burst to catch up
+  if (next_tick_ <= now) next_tick_ = now + tick_period;  // late by more than a period; no burst to catch up
   return next_tick_;
 }
 
@@ -105,8 +105,8 @@ void Core::follow_rest(TimePoint now) {
   if (rest_.is_resting()) broadcasts_.sleep();
   if (!rest_.is_resting()) broadcasts_.end_sleep();
   if (was_resting) claim_.wake();
-  // Asleep nothing is known, awake nothing yet. The unit goes on talking in between, and who woke the pack by asking to
-  // close has asked.
+  // All values are invalid when the pack falls asleep and when it wakes up. The PDU continues to report in between, and
+  // a close request that woke the pack is kept.
   const SensorTable kept = sensors_;
   const CloseRequest asked = request_;
   start_over(now);
@@ -140,7 +140,7 @@ void Core::watch_contactors(TimePoint now) {
   watchers_.link.update(flags_.open_since, pack_.link_voltage_mV, config_.contactors.settle);
   keep_since(flags_.charge_forbidden_since, is_closed && forbids(faults_, Concerns::charge));
   keep_since(flags_.discharge_forbidden_since, is_closed && forbids(faults_, Concerns::discharge));
-  // A pack at a charger stands, whether or not its key is on.
+  // A pack at a charger is not driving, whether or not its key is on.
   const bool is_at_charger = !pdu_fresh(now) || sensors_.pdu.value.charger_connected;
   flags_.is_driving = is_closed && request_.is_by_vehicle() && !is_at_charger;
 }
@@ -151,7 +151,7 @@ void Core::evaluate_faults(TimePoint now) {
   flags_.insulation_untested = insulation_.is_untested(now);
   if (std::exchange(clear_ours_, false)) note_fault_changes(faults_.clear_latched(clear_given_.authority), now);
   note_fault_changes(faults_.update(fault_inputs(now)), now);
-  // Seen once is enough; the fault memory remembers from here.
+  // One evaluation is enough; the fault memory keeps the result.
   flags_.precharge_failure = PrechargeFailure::none;
   flags_.clock_jumped = false;
   flags_.foreign_master_seen = false;
@@ -222,8 +222,8 @@ void Core::refuse_vain_request(TimePoint now) {
                 .number = static_cast<std::int64_t>(last_refusal_.blocker)});
 }
 
-/// With the values that it was decided by: of the first fault that stands against closing, or of link and pack. Those
-/// of a fault that stays are of the moment when it was confirmed.
+/// With the values that caused it: of the first fault that inhibits closing, or DC link and pack voltage. Those of a
+/// latched fault are from its confirmation.
 RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
   RefusalRecord record{.has_happened = true, .at = now, .blocker = blocker};
   if (blocker == Blocker::link_follows) {
@@ -246,7 +246,7 @@ RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
   return record;
 }
 
-/// The voltages of a closing count only while the sensor's pack and the sum of the cells agree.
+/// The voltages of a closing are valid only while the sensor's pack voltage and the sum of the cells match.
 SequenceInputs Core::sequence_inputs(TimePoint now) const {
   const Measured<std::int32_t>& sum = pack_.cell_voltage_sum_mV;
   const Measured<std::int32_t>& pack = pack_.pack_voltage_mV;
@@ -275,7 +275,7 @@ SequenceInputs Core::sequence_inputs(TimePoint now) const {
 void Core::step_contactors(TimePoint now) {
   const SequenceState before = sequence_;
   const SequenceInputs inputs = sequence_inputs(now);
-  // The resistor has had what the higher of the two voltages makes of it.
+  // The heat of the resistor is calculated from the higher of the two voltages.
   guard_.update(now, before.phase == Phase::precharge, inputs.is_measured, std::max(inputs.pack_mV, inputs.cells_mV),
                 inputs.link_mV);
   watchers_.rise.update(before, inputs, config_.contactors);
@@ -298,7 +298,7 @@ void Core::note_phase(TimePoint now, const SequenceState& before, PrechargeFailu
   if ((has_failed && has_precharged) || sequence_.phase == Phase::main_positive) {
     record_precharge(now, before.entered_at, failure);
   }
-  // Only a link that stays with the pack under the closed main was a good try.
+  // An attempt succeeds only if the DC link stays at pack voltage with main positive closed.
   if (has_failed || sequence_.phase == Phase::closed) failure = guard_.note_end(failure);
   if (sequence_.phase == Phase::open) record_opening(now, before.phase, failure);
 }
@@ -322,13 +322,14 @@ void Core::step_auxiliary(TimePoint now) {
 void Core::set_limits(TimePoint now) {
   forecaster_.update({.now = now, .estimate = &estimate_, .pack = &pack_, .sensors = &sensors_}, config_);
   const PackSoc& charge = estimate_.pack();
-  // As believed: the tables are for a long life. What protects are the voltages, whose forecast takes the doubt in.
+  // The nominal SOC: the tables protect against ageing. The voltages protect the cells, and their prediction includes
+  // the uncertainty.
   const auto soc_of = [this, &charge](std::size_t cell) {
     if (!charge.is_known) return std::optional<std::int32_t>{};
     return std::optional(static_cast<std::int32_t>(std::lround(estimate_.cell_soc(cell).soc * 1e3)));
   };
   const bool is_connected = sequence_.phase == Phase::closed && permission_.may_stay_closed;
-  // A charger is paused, not a vehicle that brakes down a long hill.
+  // A charger is paused, not a vehicle that regenerates on a long descent.
   charge_pause_.update({.now = now,
                         .is_closed = is_connected && request_.is_by_charger(),
                         .soc_permille = soc_permille(),
@@ -350,12 +351,12 @@ void Core::set_limits(TimePoint now) {
   lower_to_power(limits_, pack_, config_.pack_limits);
 }
 
-/// Leaves when the contacts have confirmed, in a word younger than the command, and no module goes on bleeding
-/// because it was last told to; or when patience is over.
+/// Ends when the feedback confirms open contactors, in a status younger than the command, and no module continues to
+/// bleed by its last command; or when shut_down_patience has elapsed.
 bool Core::end_shut_down(TimePoint now) {
   if (!shutting_down_) return false;
   const Measured<PduState>& pdu = sensors_.pdu;
-  if (outputs_.any_contactor()) return false;  // the current is asked to zero first
+  if (outputs_.any_contactor()) return false;  // the current is first requested to zero
   const TimePoint waiting_since = std::max(shut_down_at_, flags_.open_since);
   const bool is_confirmed = pdu_fresh(now) && pdu.taken_at > waiting_since && !pdu.value.any_contactor_closed();
   const bool may_leave = is_confirmed && rounds_.have_stopped_bleeding(now);

@@ -1,13 +1,14 @@
-// All that a core knows, as bytes: whoever reads them into a core with the same configuration has one that goes on
-// exactly as the first would have. For recordings that begin in the middle of a life.
+// Complete state of a core, as bytes: a core with the same configuration that reads them continues exactly as the first
+// one would have. For recordings that start in the middle of a session.
 //
 //   std::vector<std::uint8_t> bytes(core_image_size(core));
 //   write_core_image(core, bytes);
 //   Core other(config, TimePoint{});
-//   if (const auto problem = read_core_image(bytes, other)) ...   // then `other` is good for nothing
+//   if (const auto problem = read_core_image(bytes, other)) ...   // then `other` must not be used
 //
-// What follows from the configuration is not in it; the configuration's hash is up to whoever keeps both. Only a build
-// whose core has the same members reads it: core_image_layout says so, and is the same for every compiler.
+// Values that follow from the configuration are not included; the caller has to check the configuration's hash. Only a
+// build with the same members of the core can read the bytes: core_image_layout identifies them, and is the same for
+// every compiler.
 //
 // No allocation. Cost and size: docs/performance.md.
 #pragma once
@@ -24,7 +25,7 @@ namespace bmu {
 
 [[nodiscard]] std::uint64_t core_image_layout();
 [[nodiscard]] std::size_t core_image_size(const Core& core);
-/// `to` has room for core_image_size().
+/// Precondition: `to` has the size core_image_size().
 void write_core_image(const Core& core, std::span<std::uint8_t> to);
 [[nodiscard]] std::optional<ImageProblem> read_core_image(std::span<const std::uint8_t> bytes, Core& core);
 

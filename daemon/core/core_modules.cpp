@@ -1,4 +1,4 @@
-// Who the modules are, how fast and what they are asked, and what they are told: a core's stages about them.
+// Stages of the core for the modules: their identities, poll rate, polls and commands.
 #include <algorithm>
 #include <utility>
 
@@ -9,8 +9,8 @@ namespace bmu {
 
 namespace {
 
-/// A current that moves by this much within this time is changing quickly: a tenth of what flows for ever, as for a
-/// step that shows resistances.
+/// A current changes quickly if it moves by this much within this time: a tenth of the continuous current, and at least
+/// an ampere, as for a current step that shows resistances.
 constexpr Duration current_change_within = 200ms;
 std::int64_t current_change_mA(const CoreConfig& config) {
   return std::max(1'000, config.current.discharge_continuous_mA / 10);
@@ -18,7 +18,7 @@ std::int64_t current_change_mA(const CoreConfig& config) {
 
 }  // namespace
 
-/// Faults are those of the last tick, which is soon enough: a suspicion asks by itself.
+/// The faults are those of the last tick, which is soon enough: a pending fault causes single polls by itself.
 void Core::follow_pace(TimePoint now) {
   const auto any_fault = [this](auto holds) {
     return std::any_of(faults_.states().begin(), faults_.states().end(), holds);
@@ -49,7 +49,7 @@ AgeConfig Core::ages_now(TimePoint now) const {
 void Core::follow_modules(TimePoint now) {
   if (accept_given_) accept_modules(now);
   if (assign_given_) begin_assignment(now);
-  // Who may have been known once is not replaced by who happens to be there.
+  // A module that may have been registered is not replaced by the one that is present.
   const bool may_remember = !flags_.health.store_unreadable && !assignment_.is_asking() &&
                             !faults_.state(FaultId::store_unreadable).is_present();
   if (may_remember && watchers_.roster.remember(modules_, now)) keep_roster();
@@ -107,7 +107,7 @@ void Core::keep_roster() {
   touch_persistent();
 }
 
-/// All in one go, as their own master asks them.
+/// Polls all modules in one tick, as the manufacturer's master does.
 void Core::ask_foreign(TimePoint now, Decisions& out) {
   const ModuleDriver& driver = *config_.foreign.driver;
   if (!flags_.internal_bus_up || !rounds_.is_due(now, pace_.period())) return;
@@ -163,7 +163,7 @@ BalancingConditions Core::balancing_conditions() const {
           .modules_set_up = setup_.is_complete()};
 }
 
-/// Behind contactors and polls, and only when a COMMAND can go out: without one nothing that was told may change.
+/// After contactors and polls, and only if a COMMAND can be sent: otherwise the commanded state must not change.
 void Core::balance(TimePoint now, Decisions& out) {
   const BalancingBlockers blockers = balancing_blockers(balancing_conditions(), balancing_.blockers());
   if (command_link_.is_stuck(now) || asks_nobody()) return;
@@ -188,7 +188,7 @@ void Core::balance(TimePoint now, Decisions& out) {
   }
 }
 
-/// One COMMAND to a module at a time: an order waits for the RESPONSE to what was sent before it.
+/// One COMMAND to a module at a time: a balancing command waits for the RESPONSE to the previous one.
 void Core::order(const BalancingOrder& order, TimePoint now, Decisions& out) {
   if (order.module_index == BalancingOrder::to_all) {
     waiting_orders_ = {};
@@ -207,7 +207,7 @@ void Core::order(const BalancingOrder& order, TimePoint now, Decisions& out) {
   send(Port::internal, frame, out);
 }
 
-/// An order waits in the place of its module.
+/// A waiting command is stored at the index of its module.
 bool Core::are_fields_possible() const {
   for (std::size_t index = 0; index < waiting_orders_.size(); ++index) {
     const std::optional<BalancingOrder>& waiting = waiting_orders_[index];
@@ -216,7 +216,7 @@ bool Core::are_fields_possible() const {
   return true;
 }
 
-/// Before the set-up goes on: a stop waits for one RESPONSE and no more.
+/// Before the configuration continues: a stop waits for one RESPONSE at most.
 void Core::send_waiting_orders(TimePoint now, Decisions& out) {
   for (const std::optional<BalancingOrder>& waiting : waiting_orders_) {
     if (!waiting || !turns_.is_free(waiting->module_index, now)) continue;
@@ -226,7 +226,7 @@ void Core::send_waiting_orders(TimePoint now, Decisions& out) {
 }
 
 void Core::send_broadcasts(TimePoint now, Decisions& out) {
-  // Modules of another maker have no word for any of it; who is not asked any more tells nothing and bleeds nothing.
+  // Modules of another manufacturer have no such commands; without polls they send nothing.
   const bool has_bus = flags_.internal_bus_up && claim_.may_command();
   if (command_link_.is_stuck(now) || !has_bus || !are_modules_ours(config_)) return;
   const ModuleBroadcasts::Step step = broadcasts_.step(now);
@@ -241,8 +241,8 @@ void Core::send_broadcasts(TimePoint now, Decisions& out) {
   send(Port::internal, frame, out);
 }
 
-/// A value that is suspected is asked for again at once, from its module alone: two samples confirm, and nobody has to
-/// wait for the next round. So is a temperature in doubt, as soon as its module has taken another sample.
+/// A module with a pending value is polled singly and immediately: two samples confirm, without waiting for the next
+/// cycle. So is one with an implausible temperature, as soon as it has taken another sample.
 bool Core::ask_again(TimePoint now, Decisions& out) {
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = faults_.state(row.id);
@@ -259,8 +259,8 @@ bool Core::ask_again(TimePoint now, Decisions& out) {
   return true;
 }
 
-/// A module whose answer is missing when all others have answered is asked alone, so that one lost frame is no lost
-/// cycle. A stranger is asked who it is.
+/// A module with a missing answer after all others have answered is polled singly, so that one lost frame does not lose
+/// the cycle. An unknown module is polled for its identity.
 void Core::ask_missing(TimePoint now, Decisions& out) {
   const ModuleRecord* silent = modules_.next_silent(now);
   if (silent != nullptr && poll_.may_ask_silent(now, pace_.period())) {
@@ -269,7 +269,7 @@ void Core::ask_missing(TimePoint now, Decisions& out) {
   }
   if (modules_.is_silent() && poll_.is_answer_over(now)) poll_.hurry();
   const std::uint8_t stranger = watchers_.roster.unidentified_stranger(now);
-  // Once it is told of: a question ends the answer that is under way, and that is what it is found out by.
+  // Only with the fault confirmed: a poll ends the answer in progress, by which the module is detected.
   const bool is_told = faults_.state(FaultId::unknown_module).is_present();
   if (stranger == 0 || !is_told || now - stranger_asked_at_ < ask_stranger_every) return;
   stranger_asked_at_ = now;
@@ -297,7 +297,7 @@ void Core::ask_identity(std::uint8_t node, TimePoint now, Decisions& out) {
   send(Port::internal, frame, out);
 }
 
-/// What the module still owed of its last answer it is asked for, too.
+/// Also requests the parts that are missing from the module's last answer.
 void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions& out) {
   PollWants wants = modules_.outstanding(node);
   wants.status = true;
@@ -309,21 +309,21 @@ void Core::ask_alone(std::uint8_t node, AskAgain what, TimePoint now, Decisions&
   send(Port::internal, frame, out);
 }
 
-/// Of modules that never say who they are nobody waits for it.
+/// Modules that never send an identity are not waited for.
 bool Core::identities_known() const {
   if (!are_modules_ours(config_)) return true;
   return std::all_of(modules_.modules().begin(), modules_.modules().end(),
                      [](const ModuleRecord& module) { return module.identity.is_valid(); });
 }
 
-/// Each module is who belongs on its node, by its own word, and alone there.
+/// Each module has reported the serial number that is expected on its node, and is alone there.
 bool Core::is_roster_in_order(TimePoint now) const {
   return std::all_of(modules_.modules().begin(), modules_.modules().end(), [&](const ModuleRecord& module) {
     return watchers_.roster.finding(module, modules_, now).place == ModulePlace::expected && !has_rival(module, now);
   });
 }
 
-/// A module left alone goes by what it was told last: nobody is allowed anything before it is known who they are.
+/// A module without master acts by the last permission: none is given before the identities are known.
 ModeWish Core::mode_wish(TimePoint now) const {
   const bool is_wanted = config_.balancing.is_autonomous_allowed;
   return {.may_tell = !is_wanted || identities_known(),

@@ -1,5 +1,5 @@
-// What the core follows over many ticks and keeps for a later life, and for those who ask why it opened: a core's
-// stages about its memory.
+// Stages of the core for values that are followed over many ticks and saved for the next session, and for the
+// explanation of an opening.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -11,7 +11,7 @@ namespace bmu {
 
 namespace {
 
-/// So often it is looked at whether the estimate is worth a record.
+/// Interval of the check whether the estimate is worth a record.
 constexpr Duration estimate_look_every = 5s;
 
 }  // namespace
@@ -38,11 +38,11 @@ void Core::follow_estimate(TimePoint now) {
                                            .bled_uAs = watchers_.switches.bled_uAs()});
   if (!has_begun) return;
   events_.push({.id = EventId::soc_started, .at = now, .number = estimate_.told_permille()});
-  estimate_kept_at_ = now - estimate_look_every;  // the record of a former life is no longer the last word
+  estimate_kept_at_ = now - estimate_look_every;  // the record of a previous session is obsolete
 }
 
-/// When a cell has moved far enough, at most every few seconds: a file is written for it. And once more at the end,
-/// when nothing can flow any more.
+/// When a cell has changed enough, at most every few seconds, since a file is written for it. Again at the end, when no
+/// current can flow any more.
 void Core::keep_estimate(TimePoint now) {
   const bool is_last = shutting_down_ && !outputs_.any_contactor() && !has_kept_last_;
   if (now - estimate_kept_at_ < estimate_look_every && !is_last) return;
@@ -72,7 +72,7 @@ void Core::keep_hours_since_full(TimePoint now) {
   touch_persistent();
 }
 
-/// Not before the pack is there: a daemon that ends before it has seen any is no life of the pack.
+/// Not before the whole pack was received: a daemon that ends before that does not count as a session of the pack.
 void Core::count_start() {
   if (is_start_counted_ || !has_memory_ || !seen_complete_) return;
   is_start_counted_ = true;
@@ -95,7 +95,7 @@ void Core::follow_charges(TimePoint now) {
   events_.push({.id = EventId::former_charges, .at = now, .number = static_cast<std::int64_t>(former)});
 }
 
-/// At most every `record_every`, and once more at the end: a file is written for it.
+/// At most every `record_every`, and again at the end, since a file is written for it.
 void Core::keep_charges(TimePoint now) {
   constexpr Duration look_every = 1s;
   const bool is_first = charges_kept_at_ == TimePoint{};
@@ -110,8 +110,9 @@ void Core::keep_charges(TimePoint now) {
   touch_persistent();
 }
 
-/// What a life that begins now would have to know. While contactors are commanded it has to take the end of this one
-/// for an opening for a reason, and while the resistor is in use for a try that failed and took all it bears.
+/// Saves the closing state that a session starting now would need. While contactors are commanded it has to treat the
+/// end of this session as an opening for a reason, and while the precharge resistor is in use as a failed attempt that
+/// used its whole energy rating.
 void Core::remember_closing(TimePoint now, bool has_moved) {
   ClosingMemory memory = persistent_.closing;
   const Duration wait = outputs_.any_contactor() ? reclose_lockout : now < locked_out_until_ ? lockout_ : Duration{};
@@ -143,7 +144,7 @@ void Core::record_precharge(TimePoint now, TimePoint began_at, PrechargeFailure 
   events_.push(event);
 }
 
-/// The fault that opened: of those that demand it, the one whose first bad sample came first.
+/// Record of an opening. Of the faults that require it, the one with the earliest first bad sample is the cause.
 OpeningRecord Core::opening_record(TimePoint now, Phase from, PrechargeFailure failure) const {
   constexpr std::array precharge_faults{FaultId::precharge_failed, FaultId::precharge_failed,
                                         FaultId::precharge_too_fast, FaultId::precharge_overcurrent,

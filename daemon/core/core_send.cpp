@@ -1,4 +1,4 @@
-// What leaves the core, each frame through the gate: a core's stages that tell somebody something.
+// Stages of the core that send frames, each through the output gate.
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -7,12 +7,13 @@
 
 namespace bmu {
 
-/// The bus it shares with the modules takes something; of one of its own nobody knows.
+/// The claim permits the port, and the bus that it shares with the modules transmits; for a bus of its own this is
+/// unknown.
 bool Core::has_way(Port port, TimePoint now) const {
   return claim_.may_send(port, now) && (!serves(config_, Port::internal, port) || !command_link_.is_stuck(now));
 }
 
-/// How it is configured; and to be configured otherwise, if the pack file says so.
+/// Reads the settings of the sensor, and corrects them if the pack file requires it.
 void Core::ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out) {
   if (!setup.is_there() || !flags_.internal_bus_up || asks_nobody()) return;
   const SensorSetup before = setup;
@@ -21,7 +22,7 @@ void Core::ask_sensor(SensorSetup& setup, TimePoint now, Decisions& out) {
   if (command) send(Port::internal, *command, out);
 }
 
-/// A resting pack has nothing to command: it is open, and the unit keeps it so by itself.
+/// A pack asleep needs no command: it is open, and the PDU keeps it open by itself.
 void Core::send_contactor_command(TimePoint now, Decisions& out) {
   if (!config_.contactors.has_pdu || (rest_.is_resting() && !outputs_.any_contactor())) return;
   if (!claim_.may_command()) return;
@@ -43,7 +44,7 @@ void Core::send_cell_data(TimePoint now, Decisions& out) {
   if (frame.has_value()) send(Port::vehicle, *frame, out);
 }
 
-/// Also while the pack is open: an inverter that hears nothing may think for itself.
+/// Also sent while the pack is open: an inverter without messages may act on its own.
 void Core::tell_inverter(TimePoint now, Decisions& out) {
   if (!inverter_reporter_.is_there()) return;
   const InverterView view = inverter_view(now);
@@ -62,8 +63,7 @@ void Core::answer_request(TimePoint now, Decisions& out) {
   if (answer) send(Port::vehicle, *answer, out);
 }
 
-/// Decided anew from what is known, not read from what is to be told; and whatever that says, no more than the pack's
-/// own limits.
+/// Computed from the present state and not read from the frame to be sent; in any case at most the pack's own limits.
 InverterLimits Core::inverter_bounds() const {
   if (!inverter_reporter_.is_there()) return {};
   const InverterLimits decided = inverter_limits(inverter_view(decided_at_), config_.inverter);

@@ -1,5 +1,5 @@
-// Hears all that a core is told and all that it decides, in that order: what a recording is made of. Whoever feeds a
-// core tells its tap, too.
+// Observer of a core: receives every observation and every decision in order, for a recording. The owner of a core must
+// forward both to the tap.
 #pragma once
 
 #include "daemon/core/decisions.hpp"

@@ -1,4 +1,4 @@
-// What the core's stages ask each other, and what they hand to those who judge and report.
+// Queries between the stages of the core, and its views for fault evaluation and reports.
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
@@ -9,7 +9,7 @@ namespace bmu {
 
 namespace {
 
-/// Apart by at least two amperes, and together a tenth of that at most.
+/// They differ by at least two amperes, and their sum is at most a tenth of the difference.
 bool are_mirrored(const std::optional<std::int32_t>& one_mA, const std::optional<std::int32_t>& other_mA) {
   constexpr std::int64_t apart_min_mA = 2'000;
   if (!one_mA || !other_mA) return false;
@@ -135,7 +135,7 @@ ModeInputs Core::mode_inputs(TimePoint now) const {
     return std::any_of(fault_table().begin(), fault_table().end(),
                        [&](const FaultRow& row) { return holds(row, faults_.state(row.id)); });
   };
-  const PduState pdu = pdu_fresh(now) ? sensors_.pdu.value : PduState{};  // a line nobody tells is off
+  const PduState pdu = pdu_fresh(now) ? sensors_.pdu.value : PduState{};  // an unknown input is off
   return {.phase = sequence_.phase,
           .rest = rest_.phase(),
           .has_fault = any([this](const FaultRow& row, const FaultState& state) {
@@ -153,8 +153,9 @@ ModeInputs Core::mode_inputs(TimePoint now) const {
           .has_relay_fault = has_relay_fault(faults_)};
 }
 
-/// Before the precharge contactor is commanded nothing may bring the link to the pack's voltage. The two need not be of
-/// one instant: this only forbids, and where one of them has moved it delays a closing by a period of the sensor.
+/// The DC link is at pack voltage before the precharge contactor is commanded, which must not occur. The two samples
+/// need not be of one instant: this only inhibits, and if one of them has changed it delays a closing by a period of
+/// the sensor.
 bool Core::link_follows_though_open() const {
   const bool is_open = sequence_.phase == Phase::open || sequence_.phase == Phase::main_negative;
   return is_open && pack_.is_sensed() &&
@@ -175,11 +176,11 @@ bool Core::insulation_known(TimePoint now) const {
 }
 
 bool Core::has_started(TimePoint now) const {
-  if (rest_.is_resting()) return false;  // nobody is asked, nobody answers
+  if (rest_.is_resting()) return false;  // no module is polled, none answers
   return seen_complete_ || (flags_.internal_bus_up && now - view_began_at_ >= start_grace);
 }
 
-/// A key or a charger is there, whether or not what it asked for was refused.
+/// The key is on or a charger is connected, whether or not its request was refused.
 bool Core::could_ask(TimePoint now) const {
   const PduState& pdu = sensors_.pdu.value;
   return pdu_fresh(now) && (pdu.vehicle_on || pdu.charger_connected);

@@ -1,4 +1,4 @@
-// What the core says after a tick: frames, one contactor command, what to log, when to wake it next.
+// Output of the core after a tick: frames, one contactor command, events to log, and the time of the next tick.
 #pragma once
 
 #include "daemon/core/records/event_queue.hpp"
@@ -17,9 +17,10 @@ struct OutgoingFrame {
 struct Decisions {
   FixedVector<OutgoingFrame, 24> frames;  // in the order of sending: the safety command first
   ContactorOutputs outputs;
-  TickEvents events;    // the oldest not yet told; more wait for the next tick
-  TimePoint wake_at{};  // next tick; an observation may ask for an earlier one
-  /// After the shut_down command: every auxiliary contact is open, or there is no fresh word of it any more.
+  TickEvents events;    // the oldest not yet returned; others wait for the next tick
+  TimePoint wake_at{};  // next tick; an observation may request an earlier one
+  /// After the shut_down command: the feedback confirms open contactors and no module is left commanded to bleed, or
+  /// the timeout for that has elapsed.
   bool is_shut_down = false;
 };
 

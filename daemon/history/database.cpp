@@ -7,12 +7,12 @@ namespace bmu {
 namespace {
 
 constexpr int busy_timeout_ms = 1'000;
-// The largest value of ours is the cells of a row, some 12 kB.
+// The largest value that bmud writes is the cells of a row, some 12 kB.
 constexpr int value_bytes_max = 1 << 20;
 constexpr const char* vfs_without_locks = "unix-none";
 
 std::string uri_of(const std::string& path, OpenAs as) {
-  // An absolute path behind an empty host, or what follows two slashes would be taken for one.
+  // An absolute path follows an empty host; otherwise the text after two slashes would be taken for the host.
   std::string uri = path.starts_with('/') ? "file://" : "file:";
   for (const char character : path) {
     if (character == '?' || character == '#' || character == '%') {
@@ -105,12 +105,12 @@ DatabaseResult<Database> Database::open(const std::string& path, OpenAs as, cons
   if (code != SQLITE_OK) return failure(database.error("open " + path));
   trust_nothing(handle);
   if (as == OpenAs::alone) {
-    // What others would have to share, where a page stands in the log, is in our memory then (sqlite.org/wal.html).
+    // The index of the pages in the log, which processes would share, is in private memory then (sqlite.org/wal.html).
     if (auto set = database.run("PRAGMA locking_mode = EXCLUSIVE"); !set) return failure(set.error());
     database.leave_as_it_is();
   }
   if (as == OpenAs::ruin) {
-    // The one way to a file that is shorter than it says; nothing is written through this handle.
+    // The only way to open a file that is shorter than its header states; nothing is written through this handle.
     sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
     if (auto set = database.run("PRAGMA writable_schema = ON"); !set) return failure(set.error());
   }

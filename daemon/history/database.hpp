@@ -1,7 +1,7 @@
-// SQLite with its handles owned and its answers as results: nothing here knows what is in a database.
+// SQLite with owned handles and with results for its errors; independent of the content of a database.
 //
-// A database is opened so that what it brings with it is not trusted: no triggers and no views are run, its functions
-// are not called, and no value may be larger than anything of ours.
+// A database is opened without trusting its content: no triggers and no views are run, its functions are not called,
+// and the size of a value is limited, well above the largest that bmud writes.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ struct sqlite3_stmt;
 namespace bmu {
 
 struct DatabaseError {
-  int code = 0;  // SQLITE_BUSY and the like, extended
+  int code = 0;  // extended result code, e.g. one of SQLITE_BUSY
   std::string what;
 
-  /// The primary code: what kind of thing it is.
+  /// The primary result code.
   [[nodiscard]] int kind() const { return code & 0xFF; }
 };
 
@@ -34,14 +34,14 @@ class Statement {
   void bind_text(int index, std::string_view text);
   void bind_blob(int index, std::string_view bytes);
 
-  /// True: a row is there to be read. False: the end. Binding and stepping may begin anew after either.
+  /// True: a row can be read. False: the end. At the end and after an error it is reset, for new binding and stepping.
   [[nodiscard]] DatabaseResult<bool> step();
-  /// Back to the beginning, without bindings.
+  /// Resets the statement and clears its bindings.
   void reset();
 
   /// None if it is not an integer.
   [[nodiscard]] std::optional<std::int64_t> number(int column) const;
-  /// None if it is neither text nor bytes. Holds until the next step.
+  /// None if it is neither text nor bytes. Valid until the next step.
   [[nodiscard]] std::optional<std::string_view> text(int column) const;
 
  private:
@@ -54,27 +54,27 @@ class Statement {
 };
 
 enum class OpenAs : std::uint8_t {
-  writer,      // made if it is not there
-  reader,      // never written
-  still_file,  // read as if nobody could write it: no lock, and no log beside it is looked at
-  alone,       // the same with the log beside it, as if nobody else had it open: no file need be made for that
-  ruin         // the same of one that is damaged: what of it makes sense is read
+  writer,      // created if missing
+  reader,      // read only
+  still_file,  // read as immutable: without locks, and without the log beside it
+  alone,       // read with the log beside it, without locks, as the only user: no shared file has to be created
+  ruin         // as still_file, of a damaged database: its readable content
 };
 
 class Database {
  public:
-  /// `vfs`: of SQLite, by name; "" is the system's.
+  /// `vfs`: name of the SQLite VFS; "" is the system's.
   [[nodiscard]] static DatabaseResult<Database> open(const std::string& path, OpenAs as, const std::string& vfs = "");
 
   [[nodiscard]] DatabaseResult<Statement> prepare(std::string_view sql) const;
-  /// One or more statements, whose rows nobody wants.
+  /// Executes one or more statements; their rows are discarded.
   [[nodiscard]] DatabaseResult<void> run(const std::string& sql) const;
   /// The first number of the first row; none if there is none.
   [[nodiscard]] DatabaseResult<std::optional<std::int64_t>> number(std::string_view sql) const;
   [[nodiscard]] bool is_in_transaction() const;
-  /// By what the system lets us, or by what its beginning says; known once something was read.
+  /// By the permissions of the file, or by its header; known once something was read.
   [[nodiscard]] bool is_read_only() const;
-  /// From now on closing leaves the files as they are.
+  /// From now on closing leaves the files unchanged.
   void leave_as_it_is() const;
 
  private:

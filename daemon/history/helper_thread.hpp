@@ -1,5 +1,5 @@
-// Threads beside the control loop, which write to disks, look after devices and read pack files: their names, and their
-// end, since a disk that does not answer must not keep a daemon from ending.
+// Helper threads beside the control loop, which write to disks, monitor devices and read pack files: their names, and
+// their end, since a disk that does not respond must not keep the daemon from ending.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@
 
 namespace bmu {
 
-/// So many characters, and the zero at their end, has the kernel room for.
+/// Maximum size of a thread name in the kernel, with the terminating zero.
 inline constexpr std::size_t thread_name_size_max = 16;
 
-/// A thread that runs `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and what it does. Throws
-/// std::system_error if there is no thread to be had.
+/// A thread that executes `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and its task. Throws
+/// std::system_error if no thread can be created.
 template <std::size_t Size, class Run>
 [[nodiscard]] std::thread named_thread(const char (&name)[Size], Run run) {
   static_assert(Size <= thread_name_size_max);
   return std::thread([&name, run = std::move(run)] {
-    static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: it is short enough, and its own
+    static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: a short name for its own thread
     run();
   });
 }
 
-/// `has_ended`: it is done, or about to return. If not, it hangs in a disk: it is left behind, and what it needs has to
-/// be its own or shared with it.
+/// Joins a thread that has ended or is about to return (`has_ended`). Otherwise it hangs in a disk access and is
+/// detached: all that it needs has to be its own or shared with it.
 inline void join_or_leave(std::thread& thread, bool has_ended) {
   if (has_ended) {
     thread.join();
@@ -37,8 +37,9 @@ inline void join_or_leave(std::thread& thread, bool has_ended) {
   }
 }
 
-/// Tells a thread to end, and leaves it behind if it has not after so long. `shared` is what both have: under `mutex`
-/// it is told by `has_to_end`, and says at last that it no longer `is_running`; both of them by `changed`.
+/// Requests a thread to end, and detaches it if it has not ended after `at_most`. `shared` is the state of both
+/// threads, under `mutex`: `has_to_end` requests the end, and the thread clears `is_running` at last; `changed` signals
+/// both.
 template <class Shared>
 void end_or_leave(std::thread& thread, Shared& shared, Duration at_most) {
   if (!thread.joinable()) return;

@@ -82,7 +82,7 @@ constexpr std::array row_table{
     column("discharge_continuous_power_cause", &HistoryRow::discharge_continuous_power_cause),
     column("charge_continuous_power_cause", &HistoryRow::charge_continuous_power_cause),
 };
-/// How many of them the schema has up to each version.
+/// Number of them that the schema has up to each version.
 constexpr std::array<std::size_t, 3> columns_up_to{0, 52, row_table.size()};
 static_assert(columns_up_to.size() == history_version + 1);
 static_assert(row_table[columns_up_to[1] - 1].name == "warnings");

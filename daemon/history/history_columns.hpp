@@ -1,9 +1,9 @@
-// The columns of the history's tables as rows: a name, which is the member's, and where the value is. From them come
-// the statements that make, fill and read the tables, the checksum of a row, and what `bmuctl history` writes as CSV
-// and JSON.
+// Columns of the history's tables as rows: a name, which is the member's, and the location of the value. The statements
+// that create, fill and read the tables, the checksum of a row, and the CSV and JSON output of `bmuctl history` are
+// derived from them.
 //
-// Each version of the schema has the columns of those before it, and adds its own behind them: `row_columns_of` has
-// those of one version, and a step in history_schema.cpp makes them. Rows that were written before have none in them.
+// Each version of the schema has the columns of those before it, and appends its own: `row_columns_of` has those of one
+// version, and a step in history_schema.cpp creates them. Rows that were written before have no values in them.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,11 @@ struct HistoryColumn {
   std::string Row::*text = nullptr;
 };
 
-/// Without `sequence`, the arrays and the checksum; of all versions, the first version's first.
+/// Columns of all versions, the first version's first; without `sequence`, the arrays and the checksum.
 [[nodiscard]] std::span<const HistoryColumn<HistoryRow>> row_columns();
-/// Those that this version of the schema has added, from 1 to history_version.
+/// Columns that this version of the schema has added, from 1 to history_version.
 [[nodiscard]] std::span<const HistoryColumn<HistoryRow>> row_columns_of(std::int64_t version);
-/// How many columns the table of minutes has: `sequence`, both arrays and the checksum included.
+/// Number of columns of the table of minutes: `sequence`, both arrays and the checksum included.
 [[nodiscard]] std::size_t minute_columns(std::int64_t version);
 [[nodiscard]] std::span<const HistoryColumn<HistoryEvent>> event_columns();
 

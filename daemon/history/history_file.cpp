@@ -21,10 +21,10 @@ namespace bmu {
 
 namespace {
 
-// A group of people may read it, as they may ask the daemon.
+// A group of users may read it, as they may query the daemon.
 constexpr mode_t file_mode = 0640;
 constexpr std::array<const char*, 2> companions{"-wal", "-shm"};
-// The log is written out at 2 MB and cut to 4 MB. FULL: a row is on the disk when it counts as written.
+// The log is checkpointed at 2 MB and cut to 4 MB. FULL: a row is on the disk when it counts as written.
 constexpr const char* settings_sql =
     "PRAGMA journal_mode = WAL;"
     "PRAGMA synchronous = FULL;"
@@ -32,7 +32,7 @@ constexpr const char* settings_sql =
     "PRAGMA journal_size_limit = 4000000;"
     "PRAGMA cell_size_check = ON;";
 
-// Before there is a table: later it could not be changed. Writes nothing yet.
+// To be set before a table exists: later it cannot be changed. Writes nothing yet.
 constexpr const char* creation_sql = "PRAGMA page_size = 8192;";
 static_assert(history_page_bytes == 8'192);
 
@@ -95,7 +95,7 @@ int bind_columns(Statement& statement, int index, std::span<const HistoryColumn<
   return index;
 }
 
-/// One row that is nothing but written.
+/// Executes a statement that returns no rows.
 DatabaseResult<void> step_once(Statement& statement) {
   const auto stepped = statement.step();
   statement.reset();
@@ -120,7 +120,7 @@ struct HistoryFile::Open {
   std::optional<Statement> insert_minute{};
   std::optional<Statement> insert_event{};
   std::int64_t life = 0;            // 0: not in the database yet
-  std::int64_t last_uptime_ms = 0;  // of this life's rows that are there
+  std::int64_t last_uptime_ms = 0;  // of this session's rows in the database
   std::int64_t last_event = 0;
 };
 
@@ -153,11 +153,11 @@ HistoryError HistoryFile::error_of(const DatabaseError& error) const {
 
 HistoryResult<void> HistoryFile::open() {
   if (open_ != nullptr && identity() == open_->identity) return {};
-  // What is in the log goes to where the file was moved, and the log may not be found beside another one.
+  // Closing writes the log into the file, wherever that was moved; the log must not be found beside another file.
   close();
   auto opened = open_new();
   if (!opened) {
-    // What is wrong is for people to look at, as it is.
+    // A faulty database is kept as it is, for inspection.
     if (open_ != nullptr) open_->database.leave_as_it_is();
     close();
   }
@@ -173,7 +173,7 @@ HistoryResult<void> HistoryFile::open_new() {
   if (!database) return failure(error_of(database.error()));
   open_ = std::make_unique<Open>(Open{.database = std::move(*database), .identity = {}});
   if (auto made = make_ours(open_->database); !made) return made;
-  // The file's own rights are for SQLite to copy to what it puts beside it.
+  // SQLite copies the permissions of the file to those that it creates beside it.
   static_cast<void>(::chmod(options_.path.c_str(), file_mode));
   if (auto set = open_->database.run(settings_sql); !set) return failure(error_of(set.error()));
   if (auto prepared = prepare(*open_); !prepared) return failure(error_of(prepared.error()));
@@ -181,7 +181,7 @@ HistoryResult<void> HistoryFile::open_new() {
   return {};
 }
 
-/// Looks before anything is written.
+/// Checks before anything is written; then creates or migrates the tables.
 HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
   std::array<std::int64_t, 4> found{};
   constexpr std::array questions{"PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_schema",
@@ -218,7 +218,7 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
   return {};
 }
 
-/// A newer bmud has something that this one does not know, an older one lacks something.
+/// A newer version has objects that this one does not have, an older one lacks some.
 HistoryResult<void> HistoryFile::check_version(const Database& database, std::int64_t version) const {
   if (version == history_version) return {};
   const auto by_tables = version_by_tables(database);
@@ -243,7 +243,7 @@ DatabaseResult<void> HistoryFile::prepare(Open& open) const {
   return find_life(open);
 }
 
-/// What this life has written already.
+/// Finds the rows and events that this session has written already.
 DatabaseResult<void> HistoryFile::find_life(Open& open) const {
   auto statement = open.database.prepare("SELECT id FROM life WHERE token = ?");
   if (!statement) return failure(statement.error());
@@ -399,7 +399,7 @@ HistoryResult<std::string> HistoryFile::put_aside() {
   const std::string wanted = options_.path + ".damaged-" + time_in_a_name();
   std::string name = wanted;
   for (int number = 2; exists(name); ++number) name = wanted + "-" + std::to_string(number);
-  // Those that belong to it go first: none of them may be found beside the new one.
+  // The files that belong to it are renamed first: none of them may be found beside the new one.
   for (const char* end : {companions[0], companions[1], ""}) {
     if (!exists(options_.path + end)) continue;
     if (::rename((options_.path + end).c_str(), (name + end).c_str()) == 0) continue;

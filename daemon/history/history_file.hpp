@@ -1,15 +1,15 @@
-// The database that a history is written to: made where there is none, migrated where it is older, and put aside under
-// another name where it is damaged; never removed, and never mended in place.
+// Database file of a history: created if missing, migrated if older, and quarantined under another name if damaged;
+// never removed, and never repaired in place.
 //
 //   PATH                    the database; PATH-wal and PATH-shm beside it belong to it
-//   PATH.damaged-<time>     one that was put aside; at most `aside_max` of them, then nothing is written until somebody
-//                           has looked
+//   PATH.damaged-<time>     a quarantined one; at most `aside_max` of them, then nothing is written until the operator
+//                           has checked the disk
 //
-// A database of a newer schema, or of another program, is left alone: nothing is written, and it is said so. Newer is
-// one by its number and by something in it that is not known; a wrong number alone is damage. One that was removed or
-// exchanged while it was open is noticed with the next row.
+// A database of a newer schema, or of another program, is left unchanged: nothing is written, and an error is reported.
+// It is newer by its version number and by an unknown object in it; a wrong number alone is damage. A file that was
+// removed or replaced while it was open is detected with the next row.
 //
-// Everything here waits for the disk. Not for the control loop's thread.
+// All functions here wait for the disk. Not for the control loop's thread.
 #pragma once
 
 #include <cstdint>
@@ -29,22 +29,22 @@ namespace bmu {
 struct HistoryFileOptions {
   std::string path;
   std::int64_t keep_days = 30;
-  std::int64_t size_max_bytes = 200'000'000;  // with what belongs to it
+  std::int64_t size_max_bytes = 200'000'000;  // with -wal and -shm
   std::string vfs;                            // of SQLite, for tests
 };
 
 enum class HistoryTrouble : std::uint8_t {
-  busy,     // somebody else has it locked
-  full,     // no room
-  refused,  // by the system: no folder, no permission, an error of the disk
-  damaged,  // no database any more, or not the one we made
-  newer,    // of a later version of ours
-  foreign,  // of another program, or no file at all
+  busy,     // locked by another process
+  full,     // no disk space
+  refused,  // by the system: no folder, no permission, a disk error
+  damaged,  // no longer a database, or without the tables of a history
+  newer,    // of a later version of bmud
+  foreign,  // of another program, or not a regular file
 };
 
 struct HistoryError {
   HistoryTrouble trouble = HistoryTrouble::refused;
-  std::string what;  // for a line a person can act on; begins with the path
+  std::string what;  // message for the operator; begins with the path
 };
 
 template <class T>
@@ -60,22 +60,22 @@ class HistoryFile {
   HistoryFile& operator=(const HistoryFile&) = delete;
   ~HistoryFile();
 
-  /// Ready to be written. Does nothing if it is already, and the file is still the one that was opened.
+  /// Prepares for writing. Does nothing if it is open already, and the file is still the one that was opened.
   [[nodiscard]] HistoryResult<void> open();
-  /// All of it, or nothing. What this life has written already (a commit of which nobody knew how it ended) is left
-  /// out. `sequence` and `life` are filled in here. After an error it is closed.
+  /// Writes all of it, or nothing. Items that this session has written already (by a commit with an unknown result) are
+  /// skipped. `sequence` and the session are filled in here. After an error the file is closed.
   [[nodiscard]] HistoryResult<void> write(std::span<const HistoryRow> rows, std::span<const HistoryEvent> events);
-  /// Removes a bounded number of the oldest rows that are too many, and gives their room back. True: there is more.
+  /// Removes a bounded number of excess rows, the oldest first, and releases their space. True: there is more.
   [[nodiscard]] HistoryResult<bool> trim();
-  /// A damaged database gets out of the way. Its new name.
+  /// Quarantines a damaged database. Returns its new name.
   [[nodiscard]] HistoryResult<std::string> put_aside();
   void close();
 
-  /// With what belongs to it; 0 if there is nothing.
+  /// With -wal and -shm; 0 if there is nothing.
   [[nodiscard]] std::int64_t size_bytes() const;
 
  private:
-  /// Which file it is, whatever its name.
+  /// Identity of the file, whatever its name.
   struct Identity {
     dev_t device = 0;
     ino_t number = 0;

@@ -10,7 +10,7 @@ namespace bmu {
 
 namespace {
 
-// Of a file that is made up; more lives than a month of starts a minute apart.
+// Limit for a forged file; more sessions than a month of starts a minute apart.
 constexpr std::size_t lives_max = 50'000;
 constexpr std::int64_t default_period_s = 60;
 constexpr std::int64_t period_max_s = 86'400;
@@ -33,7 +33,7 @@ bool fits(const HistoryLayout& layout, const LifeOfRows& rows) {
   return layout.cell_count() == rows.cells && layout.sensor_count() == rows.sensors;
 }
 
-/// Of one kind ("cell", "sensor", "board") in each module, in the order in which modules come.
+/// Number of entries of each kind ("cell", "sensor", "board") in each module, in the order in which modules appear.
 class Counts {
  public:
   void add(const Statement& statement) {
@@ -49,14 +49,14 @@ class Counts {
     if (kind == "sensor") ++found->cell_sensors;
     if (kind == "board") ++found->board_sensors;
   }
-  /// By the rules that the text has.
+  /// Checked by the rules of the text.
   [[nodiscard]] std::optional<HistoryLayout> layout() const { return layout_from_text(to_text(layout_)); }
 
  private:
   HistoryLayout layout_;
 };
 
-/// That of most rows: the first and the last of a life are shorter.
+/// Length of most rows: the first and the last of a session are shorter.
 std::int64_t period_of(const LifeOfRows& rows) {
   const auto longer = [](const auto& a, const auto& b) { return a.second < b.second; };
   const auto most = std::max_element(rows.spans_s.begin(), rows.spans_s.end(), longer);
@@ -71,7 +71,7 @@ void HistoryLives::read(const Database& database) {
   read_table(database);
 }
 
-/// `place` has no rowids, by which rows are found page by page; it says nothing that `layout` does not say.
+/// `place` has no rowids, by which rows are found page by page; it contains nothing that `layout` does not contain.
 void HistoryLives::read(StrayRows& rows) {
   rows.for_each({layout_columns, layout_columns}, 0, history_number_max, [&](const RowValues& row, std::int64_t) {
     take_layout(row);
@@ -83,7 +83,7 @@ void HistoryLives::read(StrayRows& rows) {
   });
 }
 
-/// `take` is given each row of what the statement finds, until it says that there is no room for more.
+/// Calls `take` for each row of the statement until it returns false: no room for more.
 template <class Take>
 void HistoryLives::read_rows(const Database& database, const char* statement_text, const std::string& table,
                              Take take) {
@@ -113,7 +113,8 @@ void HistoryLives::take_layout(const RowValues& row) {
   }
 }
 
-/// Those that the other table does not have. The last one before a damaged place may be cut short, and is left out.
+/// Adds the layouts that the other table lacks. The last one before a damaged location may be truncated, and is
+/// omitted.
 void HistoryLives::read_places(const Database& database) {
   auto statement =
       database.prepare("SELECT layout, kind, module FROM place WHERE number >= 1 ORDER BY layout, kind, number");
@@ -177,7 +178,7 @@ void HistoryLives::complete(const std::map<std::int64_t, LifeOfRows>& of_rows) {
   }
 }
 
-/// With the only layout that can be meant, or one that stands for it.
+/// With the only known layout that fits, or a substitute.
 void HistoryLives::fill(HistoryLife& life, const LifeOfRows& rows) {
   std::set<std::string> meant;
   for (const auto& [id, layout] : layouts_) {

@@ -1,9 +1,8 @@
-// The lives of the daemon and their layouts, as far as a database still says them.
+// Sessions of the daemon and their layouts, as far as they are readable in a database.
 //
-// Which cell sits where stands in a database twice, as text (`layout`) and row by row (`place`); where the one is
-// damaged the other tells. A row brings the number of its cells and sensors: where both are damaged, a layout that is
-// known and has as many is taken, and else they are counted through as of one module, number 0. What was done so is
-// told.
+// The position of each cell is stored twice, as text (`layout`) and row by row (`place`); if one is damaged the other
+// is used. A row gives the number of its cells and sensors: if both are damaged, a known layout with the same numbers
+// is used, and otherwise they are numbered as those of one module, number 0. problems() reports this.
 #pragma once
 
 #include <algorithm>
@@ -20,27 +19,27 @@
 
 namespace bmu {
 
-/// What the rows of a life say of it.
+/// Properties of a session, derived from its rows.
 struct LifeOfRows {
   std::size_t cells = 0;
   std::size_t sensors = 0;
-  std::map<std::int64_t, std::size_t> spans_s;  // how long how many of them were
+  std::map<std::int64_t, std::size_t> spans_s;  // number of rows of each length
 };
 
 class HistoryLives {
  public:
-  /// Some milliseconds.
+  /// Takes some milliseconds.
   void read(const Database& database);
-  /// Those to which nothing leads any more beside those that are known. What is missing is not noticed: `complete` has
-  /// to follow.
+  /// Adds sessions that are only found page by page to those that are known. Missing ones are not detected: `complete`
+  /// has to follow.
   void read(StrayRows& rows);
-  /// False: rows may be of lives that are not known, or not whole; `complete` with what the rows say helps.
+  /// False: rows may belong to sessions that are unknown or incomplete; `complete` derives those from the rows.
   [[nodiscard]] bool are_whole() const { return problems_.empty(); }
   void complete(const std::map<std::int64_t, LifeOfRows>& of_rows);
 
-  /// Rising by their id.
+  /// In ascending order of their id.
   [[nodiscard]] const std::vector<HistoryLife>& all() const { return lives_; }
-  /// Null: not known.
+  /// Null: unknown.
   [[nodiscard]] const HistoryLife* find(const HistoryNumber& id) const;
   [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
 
@@ -57,7 +56,7 @@ class HistoryLives {
     if (std::find(problems_.begin(), problems_.end(), text) == problems_.end()) problems_.push_back(text);
   }
 
-  std::map<std::int64_t, HistoryLayout> layouts_;  // by their id
+  std::map<std::int64_t, HistoryLayout> layouts_;  // by id
   std::vector<HistoryLife> lives_;
   std::vector<std::string> problems_;
 };

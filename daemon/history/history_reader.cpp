@@ -28,7 +28,7 @@ std::int64_t size_of(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 ? status.st_size : -1;
 }
 
-/// Whoever has it open holds a lock on bytes that no file of ours is long enough to have (sqlite.org/lockingv3.html).
+/// A process that has it open holds a lock on bytes beyond the end of any history (sqlite.org/lockingv3.html).
 bool is_open_elsewhere(const std::string& path) {
   constexpr off_t shared_first = 0x40000002;
   constexpr off_t shared_size = 510;
@@ -44,7 +44,7 @@ bool is_open_elsewhere(const std::string& path) {
   return !is_told || lock.l_type != F_UNLCK;
 }
 
-/// "", or what the path is that no history can be.
+/// "", or the reason for which no history can be at the path.
 std::string misplaced(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return "no such file, or no permission to look for it";
@@ -61,7 +61,7 @@ std::string words(std::optional<std::string_view> text) {
   return std::string(text.value_or(""));
 }
 
-/// The columns from `index` on; the index behind them.
+/// Reads the columns from `index` on; returns the index after them.
 template <class Row>
 int read_columns(const RowValues& values, int index, std::span<const HistoryColumn<Row>> columns, Row& row) {
   for (const HistoryColumn<Row>& column : columns) {
@@ -86,7 +86,7 @@ HistoryRow numbers_of(const RowValues& values) {
   return row;
 }
 
-/// Takes cells and sensors to the numbers: "", or what is wrong with them all. Its life is not looked at.
+/// Adds cells and sensors to the numbers. Returns "", or the error in any of them. Its session is not checked.
 std::string add_arrays(const RowValues& values, HistoryRow& row) {
   const int blobs = static_cast<int>(row_columns_of(1).size()) + 1;
   const std::string_view cells = values.text(blobs).value_or("");
@@ -102,7 +102,7 @@ std::string add_arrays(const RowValues& values, HistoryRow& row) {
   return "";
 }
 
-/// Its numbers, and whether the checksum is right.
+/// The event, and whether its checksum is valid.
 std::pair<HistoryEvent, bool> event_from(const RowValues& values) {
   HistoryEvent event;
   event.sequence = values.number(0).value_or(-1);
@@ -118,8 +118,8 @@ bool is_whole_event(const RowValues& values) {
   return event_from(values).second;
 }
 
-/// Its tables are being written, or whoever wrote them was killed: by its journal the database had no page before
-/// (sqlite.org/fileformat2.html, the rollback journal). The daemon takes that back when it opens the file the next
+/// Its tables are being created, or their creator was killed: by its journal the database had no page before
+/// (sqlite.org/fileformat2.html, the rollback journal). The daemon rolls that back when it opens the file the next
 /// time.
 bool is_being_created(const std::string& path) {
   constexpr std::streamoff pages_before_at = 16;
@@ -135,8 +135,8 @@ bool is_locked_by_its_creator(const std::string& path) {
   return size_of(path + "-journal") >= 0 || size_of(path) <= static_cast<std::int64_t>(history_page_bytes);
 }
 
-/// A first look that touches what everything else needs. The transaction stays open: what is looked at afterwards is of
-/// the same state, and no creator goes on between two looks.
+/// First read, of the schema that everything else needs. The transaction stays open: later reads are of the same state,
+/// and no creator continues between two reads.
 DatabaseResult<void> look(const Database& database) {
   if (auto begun = database.run("BEGIN"); !begun) return begun;
   const auto count = database.number("SELECT count(*) FROM sqlite_schema");
@@ -144,7 +144,7 @@ DatabaseResult<void> look(const Database& database) {
   return {};
 }
 
-/// SQLITE_ERROR comes of a look only where the file says that it has a format which nobody knows.
+/// A read fails with SQLITE_ERROR only if the file has an unknown format by its header.
 bool is_damage(const DatabaseError& error) {
   return error.kind() == SQLITE_CORRUPT || error.kind() == SQLITE_NOTADB || error.kind() == SQLITE_ERROR;
 }
@@ -179,14 +179,14 @@ Result<HistoryReader, std::string> HistoryReader::open(const std::string& path, 
     }
   }
   if (reader) reader->read_lives();
-  // Of what is written from now on something may be read, too.
+  // Data that is written from now on may be read, too.
   if (reader && reader->database_ && reader->database_->is_in_transaction()) {
     static_cast<void>(reader->database_->run("COMMIT"));
   }
   return reader;
 }
 
-/// An empty history in memory instead of the file: that may be locked at any time until its creator is done.
+/// An empty history in memory instead of the file: its creator may lock that at any time until it is done.
 Result<HistoryReader, std::string> HistoryReader::open_new(const std::string& path) {
   auto database = Database::open(":memory:", OpenAs::writer);
   if (!database) return failure(path + ": " + database.error().what);
@@ -228,7 +228,7 @@ Result<HistoryReader, std::string> HistoryReader::open_ruin(const std::string& p
   return reader;
 }
 
-/// SQLite finds no way in. `refusal`: what to say of a file that has no row of ours.
+/// SQLite cannot open the file. `refusal`: the error for a file without a valid row of a history.
 Result<HistoryReader, std::string> HistoryReader::open_by_pages(const std::string& path, HistoryAccess access,
                                                                 const std::string& refusal) {
   if (access == HistoryAccess::beside_writer) return failure(refusal);
@@ -239,8 +239,8 @@ Result<HistoryReader, std::string> HistoryReader::open_by_pages(const std::strin
   return reader;
 }
 
-/// The files that readers and the writer share cannot be made: there is no room, or no right to. While nobody has the
-/// database open it does not change, and they are not needed.
+/// The files that readers and the writer share cannot be created: no disk space, or no permission. While no process has
+/// the database open it does not change, and they are not needed.
 Result<HistoryReader, std::string> HistoryReader::open_without_company(const std::string& path,
                                                                        const DatabaseError& error) {
   const bool has_log = size_of(path + "-wal") > 0;
@@ -284,8 +284,8 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   return {};
 }
 
-/// A database of one page at most and of no program, or of ours. The version tells it from a history whose first page
-/// is damaged.
+/// A database of one page at most, and of no program or of bmud. Its version distinguishes it from a history with a
+/// damaged first page.
 bool HistoryReader::has_no_table_yet() const {
   if (is_ruin_) return false;
   const auto is_found = [this](const char* question, std::int64_t wanted) {
@@ -298,7 +298,7 @@ bool HistoryReader::has_no_table_yet() const {
          is_found("SELECT count(*) FROM sqlite_schema", 0) && (is_found(id, 0) || is_found(id, history_application_id));
 }
 
-/// Of a history in which nothing is damaged as far as it was looked at.
+/// Of a history without damage, as far as it was read.
 bool HistoryReader::is_known_to_be_without(const Table& table) const {
   if (is_ruin_ || !notes_.empty()) return false;
   const auto rows = database_->number("SELECT EXISTS (SELECT 1 FROM " + table.name + ")");
@@ -309,14 +309,14 @@ std::int64_t HistoryReader::period_s() const {
   return lives().empty() ? HistoryLife{}.period_s : lives().back().period_s;
 }
 
-/// The newest whose columns are all there: the number may be what is damaged.
+/// The newest version that has all its columns in the table: the version number may be the damaged part.
 void HistoryReader::find_version() {
   for (version_ = history_version; version_ > 1; --version_) {
     if (database_->prepare(select_minutes_sql(version_))) return;
   }
 }
 
-/// A newer bmud has something that this one does not know. Where everything is known the number is what is wrong.
+/// A newer version has objects that this one does not have. If all objects are known, the version number is wrong.
 Result<void, HistoryReader::Refusal> HistoryReader::check_version() {
   const auto version = database_->number("PRAGMA user_version");
   if (!version || *version == version_) return {};
@@ -344,7 +344,7 @@ bool HistoryReader::has_whole_row() {
   return false;
 }
 
-/// Where not all of them can be read they are looked for page by page, and the rows asked what they know of theirs.
+/// If not all sessions are readable they are searched page by page, and completed from their rows.
 void HistoryReader::read_lives() {
   if (database_) {
     lives_.read(*database_);
@@ -366,7 +366,7 @@ void HistoryReader::read_lives() {
 
 // --- reading --------------------------------------------------------------------------------------------------------
 
-/// From the first row to the last; where that makes no sense, as far as rows are counted.
+/// From the first row to the last; if that is implausible, all possible sequence numbers.
 HistoryReader::Range HistoryReader::range_of(const Table& table) {
   if (!database_) return range_of_strays(table, "nothing leads to them");
   if (is_ruin_) return {.first = 1, .last = sequence_max};
@@ -382,7 +382,7 @@ HistoryReader::Range HistoryReader::range_of(const Table& table) {
   return is_sane ? Range{.first = **first, .last = **last} : Range{.first = 1, .last = sequence_max};
 }
 
-/// By the index over the time: the rest of the rows, which are large, is not touched.
+/// By the index over the time: the other columns of the rows, which are large, are not read.
 HistoryReader::Range HistoryReader::range_of(const HistorySpan& span) {
   if (!database_ || is_ruin_ || (!span.from_unix_ms && !span.to_unix_ms)) return range_of(minutes());
   auto statement = database_->prepare(
@@ -422,8 +422,8 @@ const HistoryReader::Table& HistoryReader::events() {
   return table;
 }
 
-/// Rows of one table in their order. Over what cannot be read it goes on behind, in growing steps; what of that is
-/// found page by page comes in its place.
+/// Reads the rows of one table in their order. Unreadable ones are skipped in growing steps; those of them that are
+/// found page by page are passed on in their place.
 void HistoryReader::scan(const Table& table, Range range, const TakeValues& take) {
   if (!database_) return static_cast<void>(bridge(table, range, "not found", take));
   auto statement = database_->prepare(table.select + " WHERE sequence >= ? AND sequence <= ? ORDER BY sequence");
@@ -456,7 +456,7 @@ void HistoryReader::scan(const Table& table, Range range, const TakeValues& take
   }
 }
 
-/// All of them. What cannot be read is told when somebody wants to read it.
+/// Reads all rows without a record of unreadable ones: those are noted when a caller reads them.
 void HistoryReader::scan_quietly(const Table& table, const TakeValues& take) {
   const std::vector<Gap> gaps = gaps_;
   const std::vector<std::string> notes = notes_;
@@ -465,7 +465,8 @@ void HistoryReader::scan_quietly(const Table& table, const TakeValues& take) {
   notes_ = notes;
 }
 
-/// Rows that no way leads to any more; what is missing between them is noted. False: enough.
+/// Passes on rows that are only found page by page; missing ones between them are noted. False: `take` requested the
+/// end.
 bool HistoryReader::bridge(const Table& table, Range gap, const std::string& trouble, const TakeValues& take) {
   bool is_enough = false;
   std::int64_t next = gap.first;
@@ -488,7 +489,7 @@ StrayRows& HistoryReader::strays() {
   return *strays_;
 }
 
-/// Of rows that are found page by page, where nothing else says how far they go.
+/// Range of the rows that are found page by page, if nothing else gives it.
 HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const std::string& trouble) {
   Range range{.first = 1, .last = 0};
   std::size_t count = 0;
@@ -505,7 +506,7 @@ HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const st
   return range;
 }
 
-/// "", or why it cannot be told what is what in it.
+/// "", or the reason for which its cells cannot be identified.
 std::string HistoryReader::misfit_of(const HistoryRow& row) const {
   const HistoryLife* const life = life_of(row);
   if (life == nullptr) return "nobody knows the life it is of";
@@ -570,7 +571,7 @@ void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::
   const auto has_this = [&](const Gap& gap) {
     return gap.table == table && gap.reason == reason && gap.first <= first && last <= gap.last;
   };
-  if (std::any_of(gaps_.begin(), gaps_.end(), has_this)) return;  // read for another time
+  if (std::any_of(gaps_.begin(), gaps_.end(), has_this)) return;  // read again
   const bool goes_on =
       !gaps_.empty() && gaps_.back().table == table && gaps_.back().reason == reason && gaps_.back().last + 1 == first;
   if (goes_on) {

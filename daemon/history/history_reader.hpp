@@ -1,28 +1,28 @@
-// Reads a history, whether the daemon is writing it or not, and never changes it.
+// Reader of a history, whether the daemon is writing it or not. Never changes it.
 //
 //   auto history = HistoryReader::open("/var/lib/bmud/history.sqlite");
 //   if (!history) return complain(history.error());
 //   history->for_each_row({.from_unix_ms = yesterday, .to_unix_ms = today}, [&](const HistoryRow& row) {
-//     const HistoryLayout& layout = history->life_of(row)->layout;      // which cell sits where
+//     const HistoryLayout& layout = history->life_of(row)->layout;      // position of each cell
 //     for (const HistoryPlace& place : layout.cells()) draw(place, row.cells[place.number - 1].voltage_average_uV);
-//     return true;                                                      // false: enough
+//     return true;                                                      // false: stop
 //   });
 //   for (const std::string& problem : history->problems()) warn(problem);
 //
-// Rows come in the order in which they were written, which is that of time unless somebody set the clock. What a row
-// has, and in which units, says history_row.hpp. A file that is damaged, cut short or made up is read as far as it is
-// good: each row has a checksum, and those that are wrong are left out and named in problems(). Where only what
-// leads to the rows (stray_rows.hpp) or stands beside them (history_lives.hpp) is damaged no row is lost; nor where the
-// beginning of the file is, without which SQLite opens nothing: by a whole row on any of its pages it is known as a
-// history. Where nobody has it open it takes no room on the disk, and no right to write.
+// Rows are returned in the order in which they were written, which is that of time unless the clock was set. Content
+// and units of a row: history_row.hpp. A file that is damaged, truncated or forged is read as far as it is valid: each
+// row has a checksum, and rows with a wrong one are omitted and listed in problems(). If only the structures that lead
+// to the rows (stray_rows.hpp) or the tables beside them (history_lives.hpp) are damaged no row is lost; nor if the
+// beginning of the file is, without which SQLite opens nothing: a valid row on any of its pages identifies it as a
+// history. While no process has the file open, reading requires neither disk space nor write permission.
 //
-// A history of an older schema is read as it is: what its rows do not have is not there.
+// A history of an older schema is read as it is: columns that its rows lack are empty.
 //
 // A file that the daemon is just creating opens as a history without rows: an empty file, a database without tables,
-// one that its creator holds locked, and what a creator that was killed left behind. From then until its first period
-// is over it has events alone; has_no_minute_yet() is true of both.
+// one that its creator holds locked, and the remains of a creator that was killed. From then until the end of its first
+// period it has events alone; has_no_minute_yet() is true of both.
 //
-// Cost: some 10 us a row of 96 cells, and the disk's part; one row is in memory at a time.
+// Cost: some 10 us a row of 96 cells, plus the disk's part; one row is in memory at a time.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +42,8 @@
 
 namespace bmu {
 
-/// By the wall clock, ms since 1970; `to` is the first that does not belong. What is not given bounds nothing; rows
-/// whose time nobody knew belong only where neither is given.
+/// Span of the wall clock, ms since 1970; `to` is exclusive. A bound that is not given does not limit; rows with an
+/// unknown time belong only to a span without bounds.
 struct HistorySpan {
   HistoryNumber from_unix_ms;
   HistoryNumber to_unix_ms;
@@ -51,38 +51,38 @@ struct HistorySpan {
   [[nodiscard]] bool has(const HistoryNumber& unix_time_ms) const;
 };
 
-/// Who reads. In the process that writes the history no way to open it may be tried that opens and closes its file
-/// beside SQLite: by POSIX that ends all locks of the process, the writer's, too.
+/// Permitted ways to open a history. In the process that writes it, its file must not be opened and closed outside
+/// SQLite: by POSIX that ends all locks of the process, including the writer's.
 enum class HistoryAccess : std::uint8_t { in_any_way, beside_writer };
 
 class HistoryReader {
  public:
-  /// The error is a sentence for people, with the path in it.
+  /// The error is a message for the user, and includes the path.
   [[nodiscard]] static Result<HistoryReader, std::string> open(const std::string& path,
                                                                HistoryAccess access = HistoryAccess::in_any_way);
 
-  /// All that are left of each kind within the span, the oldest first, until `take` returns false.
+  /// Calls `take` for all readable rows of each kind within the span, the oldest first, until it returns false.
   void for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take);
-  /// In pieces: those behind that sequence number, whatever the clock said; -1 for all.
+  /// For reading in pieces: rows after that sequence number, whatever their time; -1 for all.
   void for_each_row_after(std::int64_t sequence, const std::function<bool(const HistoryRow&)>& take);
   void for_each_event(const HistorySpan& span, const std::function<bool(const HistoryEvent&)>& take);
 
-  /// No minute was recorded when it was opened, and nothing is damaged; there may be events, and a minute may have come
-  /// since.
+  /// No minute was recorded when it was opened, and nothing is damaged; events may exist, and a minute may have been
+  /// added since.
   [[nodiscard]] bool has_no_minute_yet() const { return has_no_minute_; }
-  /// A minute is so long, in s, in the newest life; the default where no life is known.
+  /// Length of a minute in s, in the newest session; the default if no session is known.
   [[nodiscard]] std::int64_t period_s() const;
   [[nodiscard]] const std::vector<HistoryLife>& lives() const { return lives_.all(); }
-  /// Of a row that was read: never null.
+  /// Session of a row that was read: never null.
   [[nodiscard]] const HistoryLife* life_of(const HistoryRow& row) const { return lives_.find(row.life); }
-  /// The times of the first and the last row that has one: from the beginning of the one to behind that of the other.
+  /// Span of the rows that have a time: from the start of the first one to just after the start of the last one.
   [[nodiscard]] HistorySpan covered();
-  /// What could not be read so far, a sentence each; rows in a row are one.
+  /// Parts that could not be read so far, a sentence each; consecutive rows share one.
   [[nodiscard]] std::vector<std::string> problems() const;
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  /// What is wrong with some rows of a table.
+  /// Unreadable rows of a table, with the reason.
   struct Gap {
     std::string table;
     std::int64_t first = 0;
@@ -98,7 +98,7 @@ class HistoryReader {
     std::string select;
     std::size_t columns = 0;                              // of a row of the newest version
     std::size_t columns_min = 0;                          // of the oldest
-    bool (*is_whole)(const RowValues& values) = nullptr;  // its checksum is right
+    bool (*is_whole)(const RowValues& values) = nullptr;  // whether its checksum is valid
   };
   using TakeValues = std::function<bool(const RowValues& values, std::int64_t sequence)>;
   struct Refusal {
@@ -143,13 +143,13 @@ class HistoryReader {
 
   std::string path_;
   HistoryAccess access_ = HistoryAccess::in_any_way;
-  std::optional<Database> database_;  // none: nothing leads into the file, what is in it is found page by page
-  bool is_ruin_ = false;              // then nothing is looked up, everything is looked through
+  std::optional<Database> database_;  // none: SQLite cannot open the file, its rows are found page by page
+  bool is_ruin_ = false;              // damaged: nothing is looked up, everything is scanned
   bool is_new_ = false;               // neither minute nor event
   bool has_no_minute_ = false;
   std::int64_t version_ = history_version;  // of the tables
   HistoryLives lives_;
-  std::unique_ptr<StrayRows> strays_;  // once something cannot be reached; beside the writer of none
+  std::unique_ptr<StrayRows> strays_;  // made when first needed; empty beside the writer
   std::vector<std::string> notes_;
   std::vector<Gap> gaps_;
 };

@@ -32,7 +32,7 @@ Three three(const SampledValue& value) {
   return {.average = value.average, .min = value.min, .max = value.max};
 }
 
-/// Over several of one kind: the lowest of all, the mean of the means, the highest.
+/// Summary of several values of one kind: the lowest of all, the mean of the means, the highest.
 class Summary {
  public:
   void add(const SampledValue& value) {
@@ -78,7 +78,7 @@ bool is_about_a_fault(EventId id) {
 void fill_times(const Minute& minute, HistoryRow& row) {
   row.unix_time_ms = clock_ms(minute.unix_time_ms);
   row.uptime_ms = to_ms(minute.uptime);
-  row.span_ms = *row.uptime_ms - to_ms(minute.uptime - minute.span);  // so that rows join each other to the millisecond
+  row.span_ms = *row.uptime_ms - to_ms(minute.uptime - minute.span);  // so that rows are contiguous to the millisecond
 }
 
 void fill_sensed(const Minute& minute, HistoryRow& row) {
@@ -192,7 +192,7 @@ void fill_flow(const Minute& minute, HistoryRow& row) {
   row.warnings = names_of(minute.warnings_present);
 }
 
-/// The number at the beginning of the text, taken off it; and `behind` it, unless that is 0.
+/// Reads the number at the start of the text and removes it, with the character `behind` it unless that is 0.
 bool take_number(std::string_view& text, char behind, std::int64_t least, std::int64_t most, std::int64_t& to) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), to);
   if (error != std::errc{} || to < least || to > most) return false;

@@ -35,7 +35,7 @@ std::string insert_sql(const std::string& table, const std::string& all_names, s
 
 // --- version 1 ---
 
-/// The n-th 16 bit number of the hexadecimal text `h`, NULL for FFFFh: SQL has no other way to look into a blob.
+/// The n-th 16 bit number of the hexadecimal text `h`, NULL for FFFFh: SQL has no other way to read from a blob.
 std::string number_in_h(std::size_t index) {
   std::string sum;
   constexpr std::array weights{"4096", "256", "16", "1"};
@@ -48,10 +48,10 @@ std::string number_in_h(std::size_t index) {
 
 struct ViewColumn {
   std::string name;
-  std::string scale;  // behind the number
+  std::string scale;  // text after the number
 };
 
-/// A row for each element of a minute's array, with its place in the pack.
+/// View with a row for each element of a minute's array, with its position in the pack.
 std::string view_sql(const std::string& name, const std::string& blob, const std::string& kinds,
                      std::size_t record_bytes, const std::vector<ViewColumn>& columns) {
   std::string text = "CREATE VIEW " + name + " AS\nSELECT sequence, life, unix_time_ms, kind, number, module, place";
@@ -68,7 +68,7 @@ std::string view_sql(const std::string& name, const std::string& blob, const std
 std::string version_1() {
   const std::string voltage = " * " + std::to_string(cell_voltage_step_uV);
   const std::string temperature = " - " + std::to_string(temperature_offset_dC);
-  // Both settings within the transaction that makes the tables: who reads meanwhile finds an empty file or a history.
+  // Both settings within the transaction that creates the tables: a reader meanwhile finds an empty file or a history.
   return "PRAGMA auto_vacuum = INCREMENTAL;\n"
          "PRAGMA application_id = " +
          std::to_string(history_application_id) +
@@ -102,7 +102,7 @@ std::string version_1() {
 
 // --- version 2 ---
 
-/// Rows that are there already have nothing in them, and are not touched.
+/// Existing rows have no values in the new columns, and are not changed.
 std::string version_2() {
   std::string text;
   for (const HistoryColumn<HistoryRow>& column : row_columns_of(2)) {
@@ -116,7 +116,7 @@ constexpr std::array step_table{SchemaStep{.version = 1, .sql = version_1}, Sche
 static_assert(step_table.back().version == history_version);
 
 DatabaseResult<void> take(const Database& database, const SchemaStep& step) {
-  // Not IMMEDIATE: that makes the first page, after which nobody is asked any more how the file is to be vacuumed.
+  // Not IMMEDIATE: that creates the first page, after which the setting of auto_vacuum has no effect.
   const std::string text =
       "BEGIN;\n" + step.sql() + ";PRAGMA user_version = " + std::to_string(step.version) + ";\nCOMMIT;";
   auto taken = database.run(text);
@@ -124,7 +124,7 @@ DatabaseResult<void> take(const Database& database, const SchemaStep& step) {
   return taken;
 }
 
-/// A line each thing that a schema has.
+/// One text for each object of the schema.
 DatabaseResult<std::vector<std::string>> things_in(const Database& database) {
   auto statement = database.prepare("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL");
   if (!statement) return failure(statement.error());
@@ -146,7 +146,7 @@ std::string minute_names(std::int64_t version) {
   return text;
 }
 
-/// What a database has beside what steps make.
+/// Comparison of a database with the result of the steps.
 struct Comparison {
   bool has_all = false;
   bool has_more = false;

@@ -1,5 +1,5 @@
-// The tables of a history, in versions: PRAGMA user_version says which a file has, and steps lead from each to the
-// next. docs/decisions/0014-history.md says why they look as they do.
+// Tables of a history, in versions: PRAGMA user_version gives that of a file, and steps migrate from each to the next.
+// Rationale for the tables: docs/decisions/0014-history.md.
 #pragma once
 
 #include <cstddef>
@@ -12,31 +12,31 @@
 
 namespace bmu {
 
-/// "bmud": tells our files from those of other programs (PRAGMA application_id).
+/// "bmud": distinguishes files of bmud from those of other programs (PRAGMA application_id).
 inline constexpr std::int64_t history_application_id = 0x62'6D'75'64;
 inline constexpr std::int64_t history_version = 2;
-/// Of each history, whatever a damaged one says.
+/// Page size of each history, whatever the header of a damaged one states.
 inline constexpr std::size_t history_page_bytes = 8'192;
-/// No history has as many rows, and no time is as many milliseconds: a larger number is made up.
+/// No history has as many rows, and no time is as many milliseconds: a larger number is invalid.
 inline constexpr std::int64_t history_number_max = std::int64_t{1} << 52;
 
-/// Leads to `version` from the one before.
+/// Migrates to `version` from the one before.
 struct SchemaStep {
   std::int64_t version = 0;
   std::string (*sql)() = nullptr;
 };
-/// To `version`, the first from an empty file.
+/// Steps up to `version`, the first one from an empty file.
 [[nodiscard]] std::span<const SchemaStep> history_steps(std::int64_t version = history_version);
 
-/// Takes those steps that lead beyond the version of the database, each as a whole or not at all.
+/// Executes the steps beyond the version of the database, each completely or not at all.
 [[nodiscard]] DatabaseResult<void> migrate(const Database& database, std::span<const SchemaStep> steps);
 
-/// Whether all that the steps make is in the database, word for word. More may be.
+/// Whether all that the steps create is in the database, word for word. More may be.
 [[nodiscard]] DatabaseResult<bool> has_schema(const Database& database, std::span<const SchemaStep> steps);
-/// The same, and nothing else is in it: then the steps have made it, whatever its version says.
+/// The same, and nothing else is in it: then the steps have created it, whatever its version number.
 [[nodiscard]] DatabaseResult<bool> is_schema(const Database& database, std::span<const SchemaStep> steps);
 
-/// The version whose tables, and nothing else, are in the database, whatever its number is; none if there is none.
+/// The version with exactly the tables that are in the database, whatever its version number; none if there is none.
 [[nodiscard]] DatabaseResult<std::optional<std::int64_t>> version_by_tables(const Database& database);
 
 /// "INSERT INTO minute (...) VALUES (...)": sequence, the columns of the first version in the order of

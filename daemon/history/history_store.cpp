@@ -17,9 +17,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// What a destructor may wait for a write that is under way.
+/// Maximum wait of the destructor for a write in progress.
 constexpr Duration end_max = 200ms;
-// A transaction of more would hold what waits behind it.
+// A larger transaction would delay the items that wait behind it.
 constexpr std::size_t events_at_once = 256;
 
 }  // namespace
@@ -46,11 +46,11 @@ struct HistoryStore::Shared {
   const HistoryLayout layout;
   BoundedQueue<Minute> minutes;
   BoundedQueue<TimedEvent> events;
-  HistoryFile file;  // the thread's alone, once it runs
+  HistoryFile file;  // used by the thread alone, once it runs
 
   std::mutex mutex;
   std::condition_variable changed;
-  bool is_wanted_now = false;  // somebody waits for what is in the queues
+  bool is_wanted_now = false;  // flush() waits for the items in the queues
   bool has_to_end = false;
   bool is_running = false;
   std::uint64_t tries_failed = 0;
@@ -85,7 +85,7 @@ void HistoryStore::Shared::run() {
     lock.unlock();
     if (!is_end || has_work()) was_good = work();
     tried_at = steady_clock::now();
-    // Before the lock is taken again: closing writes the log out.
+    // Before the lock is acquired again: closing writes the log into the database.
     if (is_end) file.close();
     lock.lock();
     if (is_end) break;
@@ -95,7 +95,7 @@ void HistoryStore::Shared::run() {
   changed.notify_all();
 }
 
-/// False: it has to be tried again, later.
+/// False: it has to be retried later.
 bool HistoryStore::Shared::work() {
   auto done = file.open();
   while (done && has_work()) {
@@ -140,7 +140,7 @@ HistoryResult<void> HistoryStore::Shared::write() {
   return {};
 }
 
-/// While there is nothing to write it may take its time; at the end there is none.
+/// Goes on only while there is nothing to write; at the end it stops.
 HistoryResult<void> HistoryStore::Shared::trim() {
   while (true) {
     const auto is_more = file.trim();

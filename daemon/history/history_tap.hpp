@@ -1,5 +1,5 @@
-// Listens to a core and keeps its history: makes minutes of what it knows, passes on what it tells, and says once when
-// the history's fortunes change. Never waits.
+// Tap of a core for its history: averages its values over minutes, passes on its events, and logs each change of the
+// history's state once. Never waits.
 #pragma once
 
 #include <functional>
@@ -15,12 +15,12 @@ class HistoryTap final : public CoreTap {
  public:
   using Log = std::function<void(Severity severity, std::string_view line)>;
 
-  /// Core and store outlive it.
+  /// Precondition: core and store outlive it.
   HistoryTap(const Core& core, HistoryStore& store, Duration period, Log log);
 
   void observed(const Observation& /*observation*/) override {}
   void decided(TimePoint at, const Decisions& decisions) override;
-  /// At the end: what there is of the minute under way.
+  /// At the end: passes on the incomplete minute in progress.
   void finish();
 
  private:

@@ -19,12 +19,12 @@ constexpr std::int64_t events_at_once = 500;
 constexpr std::int64_t pages_at_once = 64;
 constexpr std::int64_t trust_after_s = 3'600;
 constexpr std::int64_t clock_slack_ms = 120'000;
-// More of the log is there only while somebody reads for long; rows that go would make it longer still.
+// The log is longer only during a long read; removing rows would make it longer still.
 constexpr std::int64_t log_bytes_max = 4'000'000;
-// So much of the size stays free, for the log beside the database and the next rows.
+// Share of the size that stays free, for the log beside the database and the next rows.
 constexpr std::int64_t size_reserve_permille = 20;
 
-/// Numbers of one row, or none.
+/// Times of one row, if they are known.
 struct RowTimes {
   std::int64_t life = 0;
   std::int64_t unix_time_ms = 0;
@@ -47,7 +47,7 @@ DatabaseResult<RowTimes> times_of(const Database& database, std::int64_t sequenc
   return times;
 }
 
-/// The wall clock has gone by the daemon's own for an hour, all in one life.
+/// The wall clock has matched the daemon's monotonic clock for an hour, within one session.
 bool may_be_trusted(const RowTimes& before, const RowTimes& newest) {
   if (!before.is_known || !newest.is_known || before.life != newest.life) return false;
   const std::int64_t passed_ms = newest.uptime_ms - before.uptime_ms;
@@ -86,7 +86,7 @@ class Trim {
     return {};
   }
 
-  /// A row in the future, or without a time, stands in nobody's way: what is older behind it takes it along.
+  /// A row with a future or an unknown time blocks nothing: it is removed together with older rows after it.
   DatabaseResult<void> age() {
     const std::int64_t hour = std::max<std::int64_t>(1, trust_after_s / options_.period_s);
     const auto newest = times_of(database_, last_);
@@ -114,7 +114,7 @@ class Trim {
     if (used > most) take(last_ - 1);
   }
 
-  /// All up to this row are too much; as many of them as may go at once will.
+  /// Marks all rows up to this one for removal, limited to the number that may be removed at once.
   void take(std::int64_t sequence) {
     if (sequence < first_) return;
     const std::int64_t at_once = first_ + rows_at_once - 1;
@@ -137,7 +137,7 @@ class Trim {
     return done;
   }
 
-  /// Those from before the oldest row that is left, and the oldest of too many.
+  /// Removes events from before the oldest row that is left, or the oldest ones if there are too many.
   DatabaseResult<void> remove_events(bool are_too_many) const {
     const std::string oldest = "SELECT sequence FROM event ORDER BY sequence LIMIT " + std::to_string(events_at_once);
     if (are_too_many) return database_.run("DELETE FROM event WHERE sequence IN (" + oldest + ")");

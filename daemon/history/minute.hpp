@@ -1,9 +1,9 @@
-// One minute of a pack, as the loop's thread hands it over: of every quantity that is measured the mean, the lowest and
-// the highest of the minute's own samples, and how many there were; what is known at its end; what flowed in it.
+// One minute of a pack, as the loop's thread passes it on: mean, lowest and highest of the minute's own samples of
+// every measured quantity, and their number; the state at its end; its throughput.
 //
-// What was not measured has no samples, and nothing stands for it. All of it is of fixed size: filling it and copying
-// it takes no memory. A minute is what the configuration says (history/period_s), counted from the full minutes of the
-// wall clock where that is known.
+// A quantity that was not measured has no samples, and no substitute. All of it is of fixed size: filling and copying
+// it allocates no memory. The length of a minute is configured (history/period_s), counted from the full minutes of the
+// wall clock if that is known.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@
 
 namespace bmu {
 
-/// Board sensors have a place each, whether they are fitted or not: which are is learned on the way.
+/// Board sensors have a position each, whether they are fitted or not: that is only determined during operation.
 inline constexpr std::size_t sensors_per_module_max =
     internal_bus::cell_temperatures_per_module_max + internal_bus::board_temperatures_per_module;
 inline constexpr std::size_t sensors_max = modules_max * sensors_per_module_max;
 
-/// Unless there are samples the numbers mean nothing.
+/// Without samples the numbers are meaningless.
 struct SampledValue {
   std::int32_t average = 0;
   std::int32_t min = 0;
@@ -33,17 +33,17 @@ struct SampledValue {
 
 struct CellMinute {
   SampledValue voltage_uV;
-  std::optional<std::int32_t> soc_permille;  // at the end of the minute, as the chosen method has it
+  std::optional<std::int32_t> soc_permille;  // at the end of the minute, by the selected method
   std::optional<std::int32_t> health_by_capacity_permille;
   std::optional<std::int32_t> health_by_resistance_permille;
-  std::int32_t bled_permille = 0;  // of the minute, in which its resistor was on
+  std::int32_t bled_permille = 0;  // share of the minute in which its bleed resistor was on
 };
 
 struct Minute {
   TimePoint began_at{};
   Duration span{};
   Duration uptime{};              // of the daemon, at its end
-  std::int64_t unix_time_ms = 0;  // of its beginning; 0: nobody had told the time
+  std::int64_t unix_time_ms = 0;  // of its start; 0: the time was unknown
 
   // By number through the pack; the sensors module by module, those of the cells before those of the board.
   std::size_t cell_count = 0;
@@ -68,15 +68,15 @@ struct Minute {
   PackMode mode{};
   std::optional<PackTotals> totals;
 
-  // In it.
+  // Within it.
   Duration closed{};  // both main contactors commanded closed
   std::int64_t charge_out_uAs = 0;
   std::int64_t charge_in_uAs = 0;
   std::int64_t energy_out_mWh = 0;
   std::int64_t energy_in_mWh = 0;
-  Duration uncounted{};                       // without a usable current: what flowed then is not in the sums
-  std::uint16_t modules_answering_min = 0;    // at its worst
-  std::bitset<fault_count> faults_present;    // at any time of it, by FaultId
+  Duration uncounted{};                       // time without a usable current, which is not in the sums
+  std::uint16_t modules_answering_min = 0;    // lowest number in the minute
+  std::bitset<fault_count> faults_present;    // at any time of the minute, by FaultId
   std::bitset<fault_count> warnings_present;  //
 };
 static_assert(std::is_trivially_copyable_v<Minute>, "handed over between threads by copying");

@@ -14,7 +14,7 @@ namespace {
 constexpr double permille_per_one = 1e3;
 constexpr double uOhm_per_Ohm = 1e6;
 
-/// When a minute that begins now is over.
+/// End of a minute that starts now.
 TimePoint end_of_minute(TimePoint at, std::int64_t unix_time_ms, Duration period) {
   if (unix_time_ms <= 0) return at + period;
   const Duration left = period - std::chrono::milliseconds(unix_time_ms) % period;
@@ -87,7 +87,7 @@ void MinuteAverager::end(TimePoint at) {
   minute_.began_at = began_at_;
   minute_.span = at - began_at_;
   minute_.uptime = at - core_.started_at();
-  // By the clock of now: it may not have been known yet when the minute began.
+  // By the clock at its end: the time may have been unknown when the minute started.
   const std::int64_t unix_time_ms = core_.unix_time_ms(at);
   minute_.unix_time_ms = unix_time_ms == 0 ? 0 : unix_time_ms - to_ms(minute_.span);
   fill_cells();

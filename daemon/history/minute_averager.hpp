@@ -1,11 +1,10 @@
-// Makes minutes of what a core knows: looks at it after every decision, takes each new measurement once, and leaves out
-// what is not valid or too old. No I/O, no clock, no allocation after the construction.
+// Averages the values of a core over minutes: reads it after every decision, uses each new measurement once, and omits
+// invalid and stale ones. No I/O, no clock, no allocation after the construction.
 //
-// A minute ends at the full minute of the wall clock; where that jumps, or is told for the first time, the one under
-// way becomes up to half as short, or half as long again. The order of the minutes and their lengths go by the
-// monotonic clock alone.
+// A minute ends at the full minute of the wall clock; after that jumps, or becomes known, the next minute lasts from
+// half a period to one and a half. The order of the minutes and their lengths depend on the monotonic clock alone.
 //
-// Cost: about 5 ns a cell and decision, and some 50 ns a cell with the last of a minute (docs/performance.md).
+// Cost: about 5 ns a cell and decision, and some 50 ns a cell at the end of a minute (docs/performance.md).
 #pragma once
 
 #include <array>
@@ -16,19 +15,19 @@ namespace bmu {
 
 class MinuteAverager {
  public:
-  /// Looks at the core for as long as it lives. `period` above 0.
+  /// Reads the core during its whole lifetime. `period` above 0.
   MinuteAverager(const Core& core, Duration period);
 
-  /// After each decision. True: a minute is over, and `minute` is that one until a later call returns true.
+  /// Call after each decision. True: a minute has ended, and `minute` is that one until a later call returns true.
   [[nodiscard]] bool update(TimePoint at);
-  /// At the end: what there is of the minute under way. False: nothing.
+  /// At the end: completes the minute in progress. False: it is empty.
   [[nodiscard]] bool finish(TimePoint at);
   [[nodiscard]] const Minute& minute() const { return minute_; }
 
  private:
-  /// Of one quantity, in the minute under way.
+  /// Samples of one quantity, in the minute in progress.
   struct Samples {
-    TimePoint taken_at{};  // of the last one looked at
+    TimePoint taken_at{};  // of the last measurement that was read
     std::int64_t sum = 0;
     std::int32_t min = 0;
     std::int32_t max = 0;

@@ -34,7 +34,7 @@ void put_count(std::string& to, std::int64_t count) {
   put(to, std::min(count, most));
 }
 
-/// Takes numbers off the front of bytes, which must be there.
+/// Reads numbers from the front of bytes. Precondition: enough bytes remain.
 class Numbers {
  public:
   explicit Numbers(std::string_view bytes) : bytes_(bytes) {}
@@ -73,7 +73,7 @@ void add_columns(RowChecksum& checksum, std::span<const HistoryColumn<Row>> colu
   }
 }
 
-/// Nothing in the columns of a version: the row was written by one before it.
+/// All columns of a version are empty: the row was written by an earlier version.
 bool lacks(const HistoryRow& row, std::span<const HistoryColumn<HistoryRow>> columns) {
   return std::all_of(columns.begin(), columns.end(), [&](const HistoryColumn<HistoryRow>& column) {
     return column.number != nullptr ? !(row.*column.number).has_value() : (row.*column.text).empty();

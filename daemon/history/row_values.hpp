@@ -1,4 +1,4 @@
-// The values of one row, wherever they come from: a statement, or a page that is read by itself (stray_rows.hpp).
+// Values of one row, from a statement or from a page that is read by itself (stray_rows.hpp).
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@ class RowValues {
   virtual ~RowValues() = default;
   /// None if it is not an integer.
   [[nodiscard]] virtual std::optional<std::int64_t> number(int column) const = 0;
-  /// None if it is neither text nor bytes. Holds as long as this.
+  /// None if it is neither text nor bytes. Valid as long as this object.
   [[nodiscard]] virtual std::optional<std::string_view> text(int column) const = 0;
 };
 
-/// Of the row at which a statement stands.
+/// Values of the current row of a statement.
 class StatementRow : public RowValues {
  public:
   explicit StatementRow(const Statement& statement) : statement_(statement) {}

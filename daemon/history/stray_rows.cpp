@@ -10,7 +10,7 @@ namespace {
 
 constexpr unsigned char leaf_of_table = 0x0D;
 constexpr std::size_t leaf_header_bytes = 8;
-constexpr std::uint64_t record_bytes_max = 1 << 20;  // as database.cpp has it
+constexpr std::uint64_t record_bytes_max = 1 << 20;  // as in database.cpp
 
 std::uint64_t big_endian(std::string_view bytes, std::size_t at, std::size_t count) {
   std::uint64_t value = 0;
@@ -20,7 +20,7 @@ std::uint64_t big_endian(std::string_view bytes, std::size_t at, std::size_t cou
   return value;
 }
 
-/// Seven bits a byte, the high ones first, all eight of the ninth; none if it does not end.
+/// Varint: seven bits a byte, the high ones first, all eight of the ninth; none if it is incomplete.
 std::optional<std::uint64_t> take_varint(std::string_view& bytes) {
   std::uint64_t value = 0;
   for (std::size_t i = 0; i < std::min<std::size_t>(bytes.size(), 9); ++i) {
@@ -39,7 +39,7 @@ struct Column {
   std::size_t at = 0;
 };
 
-/// How many bytes a value of this serial type has.
+/// Size of a value of this serial type, in bytes.
 std::size_t size_of(std::uint64_t type) {
   constexpr std::size_t sizes[] = {0, 1, 2, 3, 4, 6, 8, 8, 0, 0, 0, 0};
   return type < 12 ? sizes[type] : static_cast<std::size_t>((type - 12) / 2);
@@ -52,7 +52,7 @@ std::int64_t signed_of(std::string_view bytes, const Column& column) {
   return static_cast<std::int64_t>(value << shift) >> shift;
 }
 
-/// A record taken apart.
+/// A parsed record.
 class Record : public RowValues {
  public:
   Record(std::string bytes, std::int64_t rowid) : bytes_(std::move(bytes)), rowid_(rowid) {
@@ -88,7 +88,7 @@ class Record : public RowValues {
   }
 
  private:
-  /// One that is not there is NULL, type 0.
+  /// A missing column is NULL, type 0.
   [[nodiscard]] Column column_at(int column) const {
     const auto index = static_cast<std::size_t>(column);
     return index < columns_.size() ? columns_[index] : Column{};
@@ -104,7 +104,7 @@ class Record : public RowValues {
 StrayRows::StrayRows(const std::string& path, std::size_t page_bytes)
     : file_(path, std::ios::binary), page_bytes_(page_bytes) {
   std::string bytes;
-  // Page 1 has the names of tables, no rows of theirs.
+  // Page 1 has the schema, and no rows of the tables.
   for (pages_ = 2; read_page(pages_, bytes); ++pages_) look_at(pages_, bytes);
 }
 
@@ -129,7 +129,7 @@ void StrayRows::look_at(std::uint32_t page, const std::string& bytes) {
   }
 }
 
-/// With what of it is on other pages; "" if it has no end.
+/// The record with its parts on other pages; "" if it is incomplete.
 std::string StrayRows::record_at(const Place& place) {
   std::string bytes;
   if (!read_page(place.page, bytes)) return "";

@@ -21,7 +21,7 @@ constexpr std::array<std::uint8_t, 256> values_by_character() {
 }
 constexpr std::array<std::uint8_t, 256> values = values_by_character();
 
-/// Four digits as 24 bits. A digit has six; what is none has eight, which `seen` has from then on.
+/// Four digits as 24 bits. A digit has six; an invalid character has eight, which `seen` has from then on.
 std::uint32_t group_of(const char* text, std::uint32_t& seen) {
   const auto value = [text](std::size_t at) { return std::uint32_t{values[static_cast<std::uint8_t>(text[at])]}; };
   const std::uint32_t first = value(0);

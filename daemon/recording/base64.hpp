@@ -1,4 +1,4 @@
-// Bytes as text of RFC 4648, with padding.
+// Base64 text of bytes by RFC 4648, with padding.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace bmu {
 
 [[nodiscard]] std::string to_base64(std::span<const std::uint8_t> bytes);
-/// Appends what `text` says; false, and perhaps a part of it, if it is no base64 of whole bytes.
+/// Appends the bytes of `text`; false, and perhaps a part of them appended, if it is not base64 of whole bytes.
 [[nodiscard]] bool append_base64(std::string_view text, std::vector<std::uint8_t>& to);
 
 }  // namespace bmu

@@ -12,7 +12,7 @@ namespace bmu {
 
 namespace {
 
-/// Whole groups of three, so that each line is base64 of its own.
+/// Whole groups of three, so that each line is base64 by itself.
 constexpr std::size_t piece_bytes = 270;
 
 bool is_zero(std::span<const std::uint8_t> piece) {
@@ -21,7 +21,7 @@ bool is_zero(std::span<const std::uint8_t> piece) {
 
 constexpr std::size_t word_bytes = 8;
 
-/// Little end first, on every machine. Up to eight bytes.
+/// Little-endian, on every machine. Up to eight bytes.
 std::uint64_t word_of(std::span<const std::uint8_t> bytes) {
   std::uint64_t word = 0;
   std::memcpy(&word, bytes.data(), bytes.size());

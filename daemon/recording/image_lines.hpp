@@ -1,11 +1,11 @@
-// An image of a core (core_image.hpp) as lines of a recording. Most of it are zeros, of modules that the pack does not
+// Image of a core (core_image.hpp) as lines of a recording. Most of it are zeros, of modules that the pack does not
 // have: they are counted instead of written.
 //
 //   # image 0gEAAAAB...        270 bytes in base64 (the last line fewer)
-//   # zeros 1620               so many that are zero
+//   # zeros 1620               number of zero bytes
 //
-// The checksum is FNV-1a in words of 64 bits over what is not zero and where it stands: it costs what a pack has, and
-// each single word that is another one makes it another one.
+// The checksum is FNV-1a in words of 64 bits over the pieces that are not zero and their offsets: its cost depends on
+// the size of the pack, and a change of any single word changes it.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace bmu {
 
 void append_image_lines(std::span<const std::uint8_t> bytes, std::string& to);
 
-/// The rest of an `image` or `zeros` line. False: it is none, or there would be more than `size_max` bytes.
+/// Append the bytes of an `image` or `zeros` line, without its word. False: invalid, or more than `size_max` bytes.
 [[nodiscard]] bool append_image_bytes(std::string_view rest, std::size_t size_max, std::vector<std::uint8_t>& to);
 [[nodiscard]] bool append_image_zeros(std::string_view rest, std::size_t size_max, std::vector<std::uint8_t>& to);
 

@@ -1,8 +1,8 @@
-// A checksum over lines of a recording, so that one that is missing, was changed or added is found. FNV-1a in words of
-// 64 bits, each line with its length, folded to 32 bits in the end: what differs passes for the same once in four
-// thousand million times. Not against somebody who means to deceive.
+// Checksum over lines of a recording, which detects a missing, changed or added line. FNV-1a in words of 64 bits, each
+// line with its length, folded to 32 bits in the end: a difference is missed once in four thousand million times. No
+// protection against deliberate forgery.
 //
-// Cost: a multiplication for eight letters.
+// Cost: a multiplication for eight characters.
 #pragma once
 
 #include <algorithm>
@@ -18,15 +18,15 @@ namespace bmu {
 
 class LineSum {
  public:
-  /// A line without its line feed, and without a carriage return that another system put before it.
+  /// Adds a line without its line feed, and without a carriage return that another system put before it.
   void add(std::string_view line) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     mix(line.size());
     if (line.size() < word_bytes) return mix(short_word(line));
     for (std::size_t at = 0; at + word_bytes < line.size(); at += word_bytes) mix(word_at(line, at));
-    mix(word_at(line, line.size() - word_bytes));  // which may have been begun before
+    mix(word_at(line, line.size() - word_bytes));  // which may overlap the one before
   }
-  /// Each of them, with their line feeds.
+  /// Adds each of the lines, which have their line feeds.
   void add_lines(std::string_view lines) {
     while (!lines.empty()) {
       const std::size_t size = std::min(lines.find('\n'), lines.size());
@@ -39,7 +39,7 @@ class LineSum {
  private:
   static constexpr std::size_t word_bytes = 8;
 
-  /// The first letter lowest, on every machine.
+  /// The first character lowest, on every machine.
   [[nodiscard]] static std::uint64_t word_at(std::string_view line, std::size_t at) {
     std::uint64_t word = 0;
     std::memcpy(&word, line.data() + at, word_bytes);

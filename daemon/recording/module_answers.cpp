@@ -14,11 +14,11 @@ namespace {
 using internal_bus::ident;
 using internal_bus::status;
 
-/// Identifiers of one kind of answer, one for each node.
+/// Distance of the identifiers of two kinds of answers: one identifier for each node.
 constexpr unsigned id_step = internal_bus::cells_1.base_id - status.base_id;
-/// A module has answered by then.
+/// A module has answered within this time.
 constexpr Duration answer_time = 5ms;
-/// A RESPONSE comes within 10 ms.
+/// A RESPONSE is sent within 10 ms.
 constexpr Duration response_time = 20ms;
 
 constexpr std::size_t kind_of(const MessageSpec& message) {
@@ -55,8 +55,8 @@ std::uint8_t counter_of(const CanFrame& frame) {
   return frame.data[6];
 }
 
-/// STATUS again, with voltages that have grown older meanwhile: they belong to the current of then. No older than what
-/// a core that asked all the time would bear.
+/// STATUS again, with voltages that have grown older meanwhile: they belong to the recorded current. No older than a
+/// core that polls continuously would accept.
 CanFrame aged(const CanFrame& frame, Duration since) {
   constexpr std::int64_t age_max_ms = 254;
   const SignalValue then = read<status, "cell_voltage_age_ms">(frame);
@@ -67,7 +67,7 @@ CanFrame aged(const CanFrame& frame, Duration since) {
   return older;
 }
 
-/// A whole frame of a module, or none of ours to change.
+/// A valid frame of a module; none: a frame that is passed on unchanged.
 MessageMatch module_message(const CanFrame& frame) {
   if (form_fault(frame)) return {};
   const MessageMatch match = internal_bus::catalogue.find(frame.id);
@@ -103,13 +103,14 @@ void ModuleAnswers::note_command(Asked Node::*side, const CanFrame& sent, std::s
   for (std::size_t node = 1; node < nodes_.size(); ++node) {
     if (target == 0 || target == node) (nodes_[node].*side).bleeding.note(sent, at);
   }
-  if (target == 0) return;  // nobody answers
+  if (target == 0) return;  // no module responds
   (nodes_[target].*side).order = {
       .is_known = true, .is_open = true, .counter = counter_of(sent), .operation = sent.data[0], .at = at};
   if (side == &Node::now) look_at_ = std::min(look_at_, at + answer_time);
 }
 
-/// Cells of which this core has said nothing are as they were, but for those that only the recording's core told.
+/// Cells that the second core has not commanded are as recorded, except that those commanded by the recording's core
+/// are off.
 CanFrame ModuleAnswers::told(Node& node, const CanFrame& frame, unsigned counter, TimePoint at) {
   using internal_bus::module;
   CanFrame heard = frame;
@@ -149,7 +150,7 @@ std::optional<CanFrame> ModuleAnswers::hear_answer(Node& node, std::size_t kind,
   then.answered |= bit;
   node.last[kind] = {.is_known = true, .frame = frame, .at = at};
   if (!now.is_known || is_unasked) return frame;
-  // Said twice, or what nobody asked for: a fault of the module, which the other core would have seen, too.
+  // A duplicate, or an unrequested answer: a fault of the module, which the second core would have received, too.
   const bool has_it = (now.answered & bit) != 0;
   if (has_it && was_asked && !was_said) return std::nullopt;
   now.answered |= bit;
@@ -176,7 +177,7 @@ bool ModuleAnswers::Node::owes() const {
   return false;
 }
 
-/// How old the last answer has to be before it is given again.
+/// Minimum age of the last answer to be sent again.
 Duration ModuleAnswers::patience(std::size_t kind, const Poll& poll) const {
   const bool may_repeat = poll.is_to_all || kind == kind_of(ident);  // which changes with the module only
   if (may_repeat) return Duration{};

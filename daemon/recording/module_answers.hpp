@@ -1,31 +1,33 @@
-// What the modules of a recording say to another core than the one that asked them then, at other times than then.
+// Adapts the recorded answers of modules to a second core, which polls them at other times than the recording's core.
 //
-// A module says the same whoever asks; but each answer carries the counter of its question, and to another core that is
-// the counter of some other question, or of none. So here answers change their counter, and what follows from being
-// asked by another core:
+// A module sends the same whichever core polls; but each answer carries the counter of its request, and to the second
+// core that is the counter of some other request, or of none. So the counter of answers is changed here, and the
+// consequences of polling by another core are emulated:
 //
-//   an answer of the recording   comes when it came, as the answer to the other core's latest POLL to this module. If
-//                                that has this message already it is only remembered.
-//   a POLL of the other core     to all is answered with what the module said last, where the recording's core asked
+//   an answer of the recording   arrives at its recorded time, as the answer to the second core's latest POLL to this
+//                                module. If that has this message already it is only stored.
+//   a POLL of the second core    to all is answered with the module's last messages, where the recording's core polled
 //                                nothing at that time: between two answers of a recording nothing changes, and STATUS
-//                                says how old the voltages are. Not so a POLL to one module: who doubts a value waits
-//                                for the next one that was measured, up to half as long again as the recording's core
-//                                took to its next question.
-//   a module that owes the       recording's core an answer says nothing to the other core either, up to its next one.
-//   a COMMAND                    that both give has the answer of then; one of the other core alone gets "done".
-//   balancing switches           are as the other core told them, once it has told otherwise (told_bleeding.hpp).
+//                                reports how old the voltages are. Not so a POLL to one module: a core that repolls a
+//                                pending value waits for the next one that was measured, for up to one and a half poll
+//                                periods of the recording's core.
+//   a module that owes the       recording's core an answer sends nothing to the second core either, up to the next
+//                                one.
+//   a COMMAND                    that both send has the recorded response; one of the second core alone gets "done".
+//   balancing switches           are as commanded by the second core, once it has commanded differently
+//                                (told_bleeding.hpp).
 //
-// What was late, damaged, said twice or not asked for is so to the other core, too. Where both cores ask the same at
-// the same time every frame stays what it is, to the last bit.
+// An answer that was late, corrupted, duplicated or unrequested is so for the second core, too. Where both cores poll
+// the same at the same time every frame is unchanged, to the last bit.
 //
 //   ModuleAnswers answers;
 //   answers.begin(recorded_poll_config);
 //   answers.note_then(poll_of_the_recording, at); answers.note_now(poll_of_the_other_core, at);
-//   if (const auto frame = answers.hear(recorded_frame, at)) core.observe(*frame);
+//   for each recorded frame: core.observe(the frame for the second core), if there is one
 //   while (const auto frame = answers.next_due(now)) core.observe(*frame);
 //
-// Neither allocates nor reads a clock. Cost: a look into a table a frame; next_due() looks through all nodes every five
-// milliseconds while questions are open.
+// Neither allocates nor reads a clock. Cost: a table look-up a frame; next_due() checks all nodes every five
+// milliseconds while requests are open.
 #pragma once
 
 #include <array>
@@ -43,17 +45,17 @@ namespace bmu {
 
 class ModuleAnswers {
  public:
-  /// A part begins, with the same questions asked by both cores so far. `then`: how fast the recording's core asks.
+  /// Starts a part, with the same requests sent by both cores so far. `then`: poll periods of the recording's core.
   void begin(const PollConfig& then);
 
-  /// A frame that the recording's core sent on the internal bus, or the other core; all but POLL and COMMAND is
+  /// A frame that the recording's core, or the second core, sent on the internal bus; all but POLL and COMMAND is
   /// ignored.
   void note_then(const CanFrame& sent, TimePoint at) { note(&Node::then, sent, at); }
   void note_now(const CanFrame& sent, TimePoint at) { note(&Node::now, sent, at); }
 
-  /// A frame that came on the internal bus, as the other core hears it; none: it does not.
+  /// A frame that was received on the internal bus, as the second core receives it; none: it does not.
   [[nodiscard]] std::optional<CanFrame> hear(const CanFrame& frame, TimePoint at);
-  /// What modules would have said by now, and did not; one after the other, in the order of the bus.
+  /// Answers that modules would have sent by now, and did not; one after the other, in the order of the bus.
   [[nodiscard]] std::optional<CanFrame> next_due(TimePoint now);
 
  private:
@@ -63,7 +65,7 @@ class ModuleAnswers {
   struct Poll {
     bool is_known = false;
     std::uint8_t counter = 0;
-    std::uint16_t wanted = 0;  // a bit a kind, STATUS the lowest
+    std::uint16_t wanted = 0;  // a bit for each kind, STATUS the lowest
     std::uint16_t answered = 0;
     bool is_to_all = false;
     TimePoint at{};
@@ -91,15 +93,15 @@ class ModuleAnswers {
     Asked then;
     Asked now;
     std::array<Said, kinds> last{};
-    bool is_told_otherwise = false;  // to bleed
+    bool is_told_otherwise = false;  // balancing was commanded differently
 
-    /// Something to the recording's core, that it has said before.
+    /// An answer to the recording's core is missing, of a kind that the module has sent before.
     [[nodiscard]] bool owes() const;
   };
 
   void note(Asked Node::*side, const CanFrame& sent, TimePoint at);
   void note_command(Asked Node::*side, const CanFrame& sent, std::size_t target, TimePoint at);
-  /// As the other core hears it, under that counter.
+  /// The frame as the second core receives it, with that counter.
   [[nodiscard]] static CanFrame told(Node& node, const CanFrame& frame, unsigned counter, TimePoint at);
   [[nodiscard]] static std::optional<CanFrame> hear_answer(Node& node, std::size_t kind, const CanFrame& frame,
                                                            TimePoint at);
@@ -109,7 +111,7 @@ class ModuleAnswers {
   [[nodiscard]] Duration patience(std::size_t kind, const Poll& poll) const;
 
   PollConfig then_;
-  std::array<Node, internal_bus::node_count_max + 1> nodes_{};  // that of 0 stays empty
+  std::array<Node, internal_bus::node_count_max + 1> nodes_{};  // entry 0 stays empty
   TimePoint look_at_ = TimePoint::max();                        // nothing is due before
 };
 

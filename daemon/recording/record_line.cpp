@@ -170,7 +170,7 @@ struct Printer {
 
 constexpr const char* wanted_bus = "the name of a bus of the recording's head";
 
-/// Walks a comment word by word. The first complaint is kept.
+/// Parses a comment word by word. The first error is kept.
 class In {
  public:
   In(std::string_view line, const RecordBuses& buses) : line_(line), buses_(buses) {}
@@ -206,18 +206,18 @@ class In {
     expect(port.has_value(), "internal, vehicle, charger, second_pack or inverter");
     return port.value_or(Port::internal);
   }
-  /// Whose bus is the next word.
+  /// The port that has the next word as its bus.
   Port port_of_bus() {
     const std::optional<Port> port = buses_.port_of(word());
     expect(port.has_value(), wanted_bus);
     return port.value_or(Port::internal);
   }
-  /// The next word is the bus of this port: of a port without one the head does not know what is told of its frames.
+  /// Expects the bus of this port as the next word: a port without one in the head has no frames in a recording.
   void bus_of(Port port) {
     const std::string_view name = word();
     expect(!name.empty() && name == buses_.name(port), "the name of this port's bus, as in the recording's head");
   }
-  /// What is left, which must be "040#0300".
+  /// The remaining text, which must be like "040#0300".
   CanFrame frame() {
     word_at_ = line_.size() - rest().size();
     const std::string line = "(0.000000) x " + std::string(rest());
@@ -405,7 +405,7 @@ RecordLine parse_outputs(In& in) {
   return what;
 }
 
-/// Behind "# ".
+/// The text after "# ".
 RecordLine parse_comment(In& in, const RecordClock& clock) {
   const std::string_view word = in.word();
   if (word == ">") return parse_sent(in);
@@ -505,7 +505,7 @@ void append_decisions(std::string& to, TimePoint at, const Decisions& decisions,
 
 Result<RecordLine, RecordDamage> parse_record_line(std::string_view line, const RecordClock& clock,
                                                    const RecordBuses& buses) {
-  // Logs that went through other systems; but of a file that is quoted here it belongs to the file.
+  // Logs that went through other systems have a CR here; in a line of a quoted file it belongs to the file.
   const bool is_quoted = line.starts_with("# pack ") || line.starts_with("# cell ");
   if (line.ends_with('\r') && !is_quoted) line.remove_suffix(1);
   if (line.empty()) return RecordNothing{};

@@ -1,5 +1,5 @@
-// One line after another of a recording: what record_line.hpp prints, with what it needs to know from the lines before.
-// Neither allocates, once the string has room, but for the text of events.
+// Prints the lines of a recording one after another (record_line.hpp), with the state from the lines before. Does not
+// allocate, once the string has room, except for the text of events.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ class RecordLines {
  public:
   explicit RecordLines(RecordBuses buses) : buses_(std::move(buses)) {}
 
-  /// A part begins: the wall clock then, and what the core commands.
+  /// Starts a part: `unix_time_us` is the wall clock at `now`, `outputs` the commanded outputs of the core.
   void begin(TimePoint now, std::int64_t unix_time_us, const ContactorOutputs& outputs);
   void observed(const Observation& observation, std::string& to);
   void decided(TimePoint at, const Decisions& decisions, std::string& to);

@@ -16,10 +16,10 @@ namespace bmu {
 
 namespace {
 
-/// Of a damaged or hostile file; ours are a tenth of it.
+/// Limit for a damaged or hostile file; those of bmud are a tenth of it.
 constexpr std::size_t image_size_max = std::size_t{32} << 20;
 
-/// "| the end of a line", or "+ a part" that the next goes on with.
+/// "| the end of a line", or "+ a part" that the next line continues.
 bool append_line(std::string& text, std::string_view rest) {
   if (rest.empty() || (rest[0] != '|' && rest[0] != '+')) return false;
   if (rest.size() > 2) text += rest.substr(2);
@@ -27,7 +27,7 @@ bool append_line(std::string& text, std::string_view rest) {
   return true;
 }
 
-/// Up to the first space, and what follows it.
+/// The text up to the first space, and the text after it.
 std::pair<std::string_view, std::string_view> two_words(std::string_view text) {
   const std::size_t space = std::min(text.find(' '), text.size());
   return {text.substr(0, space), text.substr(std::min(space + 1, text.size()))};
@@ -39,7 +39,7 @@ std::string hash_text(const PackConfig& pack) {
   return text.data();
 }
 
-/// Of the files as they were before their lines got other ends; "": they are no configuration.
+/// Hash of the files as they were before their line ends were changed; "": they are not a configuration.
 std::string hash_without_cr(PackSources sources) {
   std::erase(sources.pack_text, '\r');
   std::erase(sources.cell_text, '\r');
@@ -99,7 +99,7 @@ RecordReader::Took RecordReader::take_tick(const RecordTick& tick) {
   return take_time(tick.at, Took::tick);
 }
 
-/// Of all lines that say something; those of an image have a checksum of their own.
+/// Adds all lines with a meaning; those of an image have a checksum of their own.
 void RecordReader::add_to_sum(const RecordLine& parsed, std::string_view line) {
   const auto* const note = std::get_if<RecordNote>(&parsed);
   if (place_ == Place::in_head) {
@@ -150,7 +150,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
     clock_.ahead_us = *ahead_us;
     return Took::nothing;
   }
-  // What a later version adds, or what people wrote into it.
+  // Outside a head it is an addition of a later version, or of a user.
   return place_ == Place::in_head ? take_head(note.word, note.rest) : Took::nothing;
 }
 
@@ -160,7 +160,7 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
   } else if (word == "bus") {
     const auto [which, name] = two_words(rest);
     if (name.empty()) return fail("wanted which bus, and its name");
-    // Of a bus that only a later version knows there is nothing to say.
+    // A bus that only a later version has is ignored.
     const std::optional<Port> port = port_of_text(which);
     if (!port) return Took::nothing;
     if (!is_bus_name(name)) return fail("wanted " + std::string(bus_form));
@@ -229,7 +229,7 @@ bool RecordReader::read_pack() {
   }
   origin_of_pack_ = head_.origin;
   const std::int64_t bit_per_s = std::int64_t{head_.origin.internal_kbit_per_s} * 1000;
-  // As it was then, whatever the file calls its buses.
+  // As at the time of the recording, whichever names the file gives its buses.
   pack->core.served_by = served_by(head_.buses);
   pack_ = bit_per_s == 0 ? std::move(*pack) : at_rate(*pack, bit_per_s);
   return true;

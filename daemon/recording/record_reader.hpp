@@ -1,4 +1,4 @@
-// Reads a recording line by line: heads and the state they bring, observations, ticks and what belongs to them.
+// Parser of a recording, line by line: heads with their state, observations, ticks and their details.
 //
 //   RecordReader reader;
 //   switch (reader.take(line)) {
@@ -8,9 +8,9 @@
 //     case RecordReader::Took::problem: reader.problem() ...
 //   }
 //
-// Each tick says whether the lines since the one before are those that were written. Times never go back within a part,
-// whatever the file says: that is a problem, and so is every line that is none of a recording. After a problem nothing
-// can be taken before the next head.
+// Each tick gives the checksum of the lines since the one before, which detects modified lines. Times that are passed
+// on never go back within a part, whatever the file contains: an earlier one is a problem, and so is every line that
+// does not belong to a recording. After a problem no line is accepted before the next head.
 //
 // Allocates, but neither reads nor writes anything. Cost: 0.1 us a line, some milliseconds a head.
 #pragma once
@@ -32,7 +32,7 @@
 namespace bmu {
 
 enum class RecordProblemKind : std::uint8_t {
-  damaged,        // what it is is known, but not this part of it
+  damaged,        // a recording, with an invalid part
   no_recording,   // or one without its beginning
   other_version,  // of the format, or of the core
   other_pack,     // which cannot take over the recorded state
@@ -44,9 +44,9 @@ struct RecordProblem {
   std::string text;        // "found ..., wanted ..."
 };
 
-/// Parts of one life are counted; where lines were lost a number is left out.
+/// Parts of one session are numbered; where lines were lost a number is omitted.
 struct RecordPartId {
-  std::int64_t life = 0;  // 0: nobody has counted
+  std::int64_t life = 0;  // 0: not numbered
   std::uint64_t part = 0;
 
   [[nodiscard]] bool follows(const RecordPartId& other) const {
@@ -57,37 +57,37 @@ struct RecordPartId {
 class RecordReader {
  public:
   enum class Took : std::uint8_t {
-    nothing,      // a line of a head, or one that says nothing to us
-    part,         // a head is whole: make_core()
+    nothing,      // a line of a head, or one without a meaning here
+    part,         // a head is complete: make_core()
     observation,  // observation()
     tick,         // tick()
-    of_tick,      // what was sent, commanded or told at the tick before: line()
+    of_tick,      // a frame, the outputs or an event of the tick before: line()
     problem,      // problem()
   };
 
-  /// The next line, without its line feed.
+  /// Parses the next line, without its line feed.
   [[nodiscard]] Took take(std::string_view line);
 
   [[nodiscard]] const Observation& observation() const { return observation_; }
   [[nodiscard]] const RecordTick& tick() const { return tick_; }
-  /// RecordSent, RecordOutputs or RecordEvent; the text of an event points into the line that was taken.
+  /// RecordSent, RecordOutputs or RecordEvent; the text of an event points into the line that was parsed.
   [[nodiscard]] const RecordLine& line() const { return line_; }
   [[nodiscard]] const std::optional<RecordProblem>& problem() const { return problem_; }
-  /// Of the tick that was taken last: which lines before it are not as they were written. It is run all the same.
+  /// For the tick that was parsed last: lines before it that were modified after writing. It is run nevertheless.
   [[nodiscard]] const std::optional<RecordProblem>& alteration() const { return alteration_; }
   [[nodiscard]] std::uint64_t lines() const { return lines_; }
 
-  /// With the state that the part begins with; right after `part`. `config`: the recorded one, or another one for the
-  /// same modules. other_version: its core has other members; what it was told can be read all the same.
+  /// Makes a core with the state at the start of the part; right after `part`. `config`: the recorded one, or another
+  /// one for the same modules. other_version: its core has other members; its observations can be read nevertheless.
   [[nodiscard]] Result<std::unique_ptr<Core>, RecordProblem> make_core(const CoreConfig& config);
 
-  // Of the head taken last.
+  // Of the head that was parsed last.
   [[nodiscard]] const std::optional<PackConfig>& pack() const { return pack_; }
   [[nodiscard]] const PackSources& sources() const { return head_.origin.sources; }
   [[nodiscard]] const std::string& version() const { return head_.version; }
   [[nodiscard]] const RecordBuses& buses() const { return head_.buses; }
   [[nodiscard]] const RecordClock& clock() const { return clock_; }
-  /// It begins where the part taken before it ended, if that was run to its end.
+  /// It begins where the part before it ended, if that was run to its end.
   [[nodiscard]] bool continues() const { return head_.id.follows(before_); }
   [[nodiscard]] const RecordPartId& part_id() const { return head_.id; }
   /// The first and the latest time of the part on the recording's wall clock; 0 while it has none.
@@ -95,14 +95,14 @@ class RecordReader {
   [[nodiscard]] std::int64_t part_until_log_us() const {
     return part_from_log_us_ == 0 ? 0 : clock_.to_log_us(latest_);
   }
-  /// The same two on the core's clock, which is not set; zero while it has none.
+  /// The same two on the core's clock, which never jumps; zero while it has none.
   [[nodiscard]] TimePoint part_from() const { return part_from_; }
   [[nodiscard]] TimePoint part_until() const { return part_from_log_us_ == 0 ? TimePoint{} : latest_; }
-  /// Of the state it brings (image_lines.hpp); 0 before the first.
+  /// Checksum of the state in the head (image_lines.hpp); 0 before the first.
   [[nodiscard]] std::uint64_t checksum() const { return checksum_; }
 
  private:
-  /// All that the configuration follows from.
+  /// All from which the configuration is derived.
   struct Origin {
     PackSources sources;
     std::string hash;

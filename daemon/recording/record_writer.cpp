@@ -12,7 +12,7 @@ namespace bmu {
 
 namespace {
 
-/// Of a line, beside its word: with "# pack-file | " and the line feed it stays below record_line_max.
+/// Maximum text of a line, beside its word: with "# pack-file | " and the line feed it stays below record_line_max.
 constexpr std::size_t piece_max = 360;
 
 std::string hex16(std::uint64_t value) {
@@ -31,7 +31,7 @@ std::string file_name(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-/// `head_from`: where the head begins, whose lines up to here have a checksum of their own.
+/// `head_from`: start of the head; its lines up to here have a checksum of their own.
 void append_image(const Core& core, std::size_t head_from, std::string& to) {
   std::vector<std::uint8_t> bytes(core_image_size(core));
   write_core_image(core, bytes);
@@ -54,7 +54,7 @@ void append_record_text(std::string_view word, std::string_view text, std::strin
   }
 }
 
-/// Of those that have a name.
+/// The buses that have a name.
 std::string bus_lines(const RecordBuses& buses) {
   std::string lines;
   for (const Port port : all_ports) {

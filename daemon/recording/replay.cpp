@@ -31,7 +31,7 @@ void count_tick(ReplayCounts& counts, TimePoint at, const RecordClock& clock) {
 bool Replay::take(std::string_view line) {
   const RecordReader::Took took = reader_.take(line);
   counts_.lines = reader_.lines();
-  if (took == RecordReader::Took::nothing) return true;  // nor does it end a tick
+  if (took == RecordReader::Took::nothing) return true;  // does not end a tick, either
   if (took == RecordReader::Took::of_tick) {
     if (tick_) tick_->recorded_lines.emplace_back(line);
     return true;
@@ -75,7 +75,7 @@ void Replay::decide(const RecordTick& tick) {
     std::string text;
     append_decisions(text, tick.at, decisions, outputs_, tick.lines_sum, reader_.clock(), reader_.buses());
     tick_->replayed_lines = lines_of(text);
-    tick_->replayed_lines.erase(tick_->replayed_lines.begin());  // the tick's own
+    tick_->replayed_lines.erase(tick_->replayed_lines.begin());  // the tick's own line
   }
   outputs_ = decisions.outputs;
 }

@@ -1,16 +1,15 @@
-// Runs a recording through a core and compares every decision with what was recorded.
+// Runs a recording through a core and compares every decision with the recorded one.
 //
 //   Replay replay({.differs = [](const ReplayDifference& difference) { ... }});
-//   for each line: if (!replay.take(line)) break;        // replay.problem() says why: a damaged line, another version
+//   for each line: if (!replay.take(line)) break;        // replay.problem(): a damaged line, another version
 //   replay.end();
 //   replay.counts()
 //
-// A recording brings its configuration and the state that it begins with (record_writer.hpp), each of its parts anew,
-// so that parts can be run beside each other; whether one ended in the state that the next begins with, the checksums
-// of both tell.
+// Each part of a recording contains its configuration and the state at its start (record_writer.hpp), so that parts can
+// be run in parallel; the checksums show whether one ended in the state with which the next begins.
 //
-// What is compared of each tick: frames, outputs, events, when to wake and whether all is over, first by their
-// fingerprint. Where that differs the lines of both are told.
+// Each tick is compared in its frames, outputs, events, wake-up time and end of the shutdown, first by their
+// fingerprint. Where that differs the lines of both are reported.
 //
 // Allocates, but neither reads nor writes anything. Cost: that of the core, and 0.1 us a line (docs/performance.md).
 #pragma once
@@ -29,7 +28,7 @@
 
 namespace bmu {
 
-/// A tick that went otherwise.
+/// A tick with a different decision.
 struct ReplayDifference {
   std::uint64_t line = 0;  // of the tick, from 1
   TimePoint at;
@@ -40,7 +39,7 @@ struct ReplayDifference {
 
 struct ReplayOptions {
   std::function<void(const ReplayDifference& difference)> differs{};
-  /// Lines before a tick are not as they were written; it goes on all the same.
+  /// Lines before a tick were modified after writing; the replay continues nevertheless.
   std::function<void(const RecordProblem& alteration)> altered{};
 };
 
@@ -59,19 +58,19 @@ class Replay {
  public:
   explicit Replay(ReplayOptions options) : options_(std::move(options)) {}
 
-  /// The next line, without its line feed. False: it cannot go on; problem() says why.
+  /// Handles the next line, without its line feed. False: it cannot continue; problem() gives the reason.
   [[nodiscard]] bool take(std::string_view line);
-  /// After the last line: the last tick is compared, even if lines of it are missing.
+  /// After the last line: compares the last tick, even if lines of it are missing.
   void end();
 
   [[nodiscard]] const ReplayCounts& counts() const { return counts_; }
   [[nodiscard]] const std::optional<RecordProblem>& problem() const { return problem_; }
-  /// As the recording says; once its head has been taken.
+  /// Recorded configuration; once the head has been parsed.
   [[nodiscard]] const std::optional<PackConfig>& pack() const { return reader_.pack(); }
   [[nodiscard]] const RecordReader& reader() const { return reader_; }
-  /// Nothing before the head is whole.
+  /// Null before the head is complete.
   [[nodiscard]] const Core* core() const { return core_.get(); }
-  /// Of the core as it is now, to be held against the next part's. Some milliseconds; 0 before the first part.
+  /// Checksum of the core at present, to be compared with the next part's. Some milliseconds; 0 before the first part.
   [[nodiscard]] std::uint64_t checksum() const;
 
  private:
@@ -96,7 +95,7 @@ class Replay {
   std::optional<RecordProblem> problem_;
 };
 
-/// A tick has come: one more, and what it covers.
+/// Counts a tick, and the time that it covers.
 void count_tick(ReplayCounts& counts, TimePoint at, const RecordClock& clock);
 
 }  // namespace bmu

@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-constexpr std::size_t bytes_of_an_order = 6;  // behind them counter and checksum
+constexpr std::size_t bytes_of_an_order = 6;  // followed by counter and checksum
 constexpr std::int64_t minutes_unchanged = 7;
 
 std::uint16_t bit_of(std::size_t cell) {
@@ -29,7 +29,7 @@ void ToldBleeding::note(const CanFrame& command, TimePoint at) {
   }
 }
 
-/// The same minutes once more, while they run, change nothing.
+/// The same minutes again, while they run, change nothing.
 void ToldBleeding::note_minutes(std::size_t cell, std::int64_t minutes, TimePoint at) {
   if (minutes == minutes_unchanged) return;
   told_ |= bit_of(cell);

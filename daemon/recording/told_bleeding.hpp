@@ -1,5 +1,5 @@
-// Which cells a module bleeds by what one core has told it: for a core whose orders the recorded module never heard.
-// It obeys at once, and to the second (docs/bus-protocol.md, "Minutes of balancing").
+// Cells that a module bleeds by the commands of one core: for a core with commands that the recorded module never
+// received. The module follows them immediately, and to the second (docs/bus-protocol.md, "Minutes of balancing").
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@ namespace bmu {
 
 class ToldBleeding {
  public:
-  /// A COMMAND to this module, or to all; others than those to balance and to stop that are ignored.
+  /// A COMMAND to this module, or to all; operations other than to balance and to stop that are ignored.
   void note(const CanFrame& command, TimePoint at);
 
-  /// Both were told the same, in the same order.
+  /// Both received the same commands, in the same order.
   [[nodiscard]] bool is_as(const ToldBleeding& other) const { return orders_ == other.orders_; }
-  /// Cells that were told anything, cell 1 in the lowest bit; of the others nothing is known here.
+  /// Cells with any command, cell 1 in the lowest bit; the state of the others is unknown here.
   [[nodiscard]] std::uint16_t told() const { return told_; }
   [[nodiscard]] std::uint16_t on(TimePoint now) const;
 

@@ -9,20 +9,20 @@ namespace bmu {
 
 namespace {
 
-/// The same event within this is the same event: one core may be a sample or two behind the other.
+/// Equal events within this time are the same event: one core may be a sample or two behind the other.
 constexpr std::int64_t match_us = 500'000;
-/// Less is a clock that is being put right.
+/// A smaller change is an adjustment of the clock.
 constexpr std::int64_t clock_setting_min_us = 1'000'000;
-/// Contactors that close later than this close at another time: what was measured does not go with it any more.
+/// Contactors that close later than this close at another time: the recorded measurements no longer match.
 constexpr std::int64_t closing_match_us = 50'000;
-/// Those that open at another tick may open for another reason, as that the recorded ones have opened.
+/// Contactors that open at another tick may open for another reason, e.g. because the recorded ones have opened.
 constexpr std::int64_t opening_match_us = 5'000;
-/// A tick that the recording's core had too comes within this after it is due.
+/// A tick that the recording's core also has follows within this time after it is due.
 constexpr Duration tick_late_max = 20ms;
 constexpr Duration urgent_late_max = 1ms;
-/// 620h to 628h, or where the configuration moved them.
+/// 620h to 628h, or as shifted by the configuration.
 constexpr std::uint32_t vehicle_report_count = 9;
-/// An echo that the recording has as well comes within this.
+/// An echo that the recording also has follows within this time.
 constexpr Duration echo_late_max = 5ms;
 
 bool same_contactors(const ContactorOutputs& one, const ContactorOutputs& other) {
@@ -30,20 +30,20 @@ bool same_contactors(const ContactorOutputs& one, const ContactorOutputs& other)
          one.precharge == other.precharge && one.charge == other.charge;
 }
 
-/// The precharge contactor opens while the pack closes.
+/// Not the precharge contactor, which opens while the pack closes.
 bool opens_one(const ContactorOutputs& now, const ContactorOutputs& before) {
   return (before.main_positive && !now.main_positive) || (before.main_negative && !now.main_negative) ||
          (before.charge && !now.charge);
 }
 
-/// "contactors opened from closed: a cell's voltage is too low", without which cell and how low; "" for other moves.
+/// "contactors opened from closed: a cell's voltage is too low", without the cell and its value; "" for other texts.
 std::string_view cause_of_opening(std::string_view text) {
   if (!text.starts_with("contactors opened ")) return "";
   const std::size_t cause = text.find(": ");
   return cause == std::string_view::npos ? text : text.substr(0, text.find(": ", cause + 2));
 }
 
-/// An opening for this cause, or the fault that it was for. Others may come of the recorded contacts, which moved
+/// An opening for this cause, or the fault that caused it. Others may result from the recorded contacts, which moved
 /// before.
 bool is_about(std::string_view cause, std::string_view text) {
   constexpr std::string_view fault = "fault: ";
@@ -103,7 +103,7 @@ bool WhatIf::take(std::string_view line) {
   return true;
 }
 
-/// Moves of both courses are matched by their times: a setting of the clock between them is no time that passed.
+/// Differences of both courses are matched by their times: a setting of the clock between them is no elapsed time.
 void WhatIf::follow_clock(bool goes_on) {
   const std::int64_t set_by_us = reader_.clock().ahead_us - clock_ahead_us_;
   if (set_by_us == 0) return;
@@ -147,12 +147,12 @@ bool WhatIf::begin_part() {
   return true;
 }
 
-// --- what both hear -------------------------------------------------------------------------------------------------
+// --- observations of both --------------------------------------------------------------------------------------------
 
 void WhatIf::take_observation(const Observation& observation) {
   ++counts_.observations;
   if (has_parted_) return;
-  // What waited while the machine stood still has the time of what was observed before (loop.cpp).
+  // An observation that waited while the host was stalled has the time of the one before (loop.cpp).
   has_waited_ = observation.at <= latest_at_;
   latest_at_ = std::max(latest_at_, observation.at);
   decide_if_left_alone(observation.at);
@@ -178,7 +178,7 @@ void WhatIf::take_observation(const Observation& observation) {
   observe(observation);
 }
 
-/// What has waited is known no sooner than the recording's next tick.
+/// An observation that waited is known no sooner than at the recording's next tick.
 void WhatIf::observe(const Observation& observation) {
   if (core_->observe(observation) == Urgency::decide_now && urgent_at_ == TimePoint{}) {
     urgent_at_ = has_waited_ ? TimePoint::max() : observation.at;
@@ -198,7 +198,7 @@ void WhatIf::take_frame(const Observation& observation, const FrameReceived& rec
   }
 }
 
-/// Of modules that were asked by the second core alone.
+/// Answers of modules that only the second core polled.
 void WhatIf::give_answers(TimePoint now) {
   if (!takes_frames_[index_of(Port::internal)]) return;
   while (const auto frame = answers_.next_due(now)) {
@@ -206,7 +206,7 @@ void WhatIf::give_answers(TimePoint now) {
   }
 }
 
-/// One that the second core has sent as well comes when it came; of the others it knows nothing.
+/// The echo of a frame that the second core has sent as well has its recorded time; others are not passed on.
 void WhatIf::take_echo(const Observation& observation, const FrameEchoed& echo) {
   takes_frames_[index_of(echo.port)] = true;
   const auto same =
@@ -228,9 +228,9 @@ void WhatIf::give_late_echoes(TimePoint now) {
   }
 }
 
-// --- when it decides ------------------------------------------------------------------------------------------------
+// --- decisions -------------------------------------------------------------------------------------------------------
 
-/// With the recording's core where both have to, so that the same observations lie before both decisions.
+/// Together with the recording's core where both have to decide, so that the same observations precede both decisions.
 void WhatIf::take_tick(TimePoint at) {
   if (has_parted_) return;
   decide_if_left_alone(at);
@@ -240,15 +240,15 @@ void WhatIf::take_tick(TimePoint at) {
   tell_unmatched(log_us(at) - match_us);
 }
 
-/// A loop that waits longer than loop_gap_max has stood still, whatever the core of a damaged recording asks for: a
-/// file with times years apart ends as soon as any other.
+/// A loop that waits longer than loop_gap_max was stalled, whatever wake-up time the core of a damaged recording
+/// requests: a file with times years apart ends as soon as any other.
 void WhatIf::decide_as_recorded(TimePoint at) {
   at = std::max(at, recorded_core_->decided_at());
   recorded_due_at_ = std::min(recorded_core_->decide(at).wake_at, at + loop_gap_max);
 }
 
-/// Only up to when the recording's loop owes a tick: from then on its machine stands still, and so would this one have
-/// done. Both decide with the recording's next tick, and with its first one.
+/// Only until a tick of the recording's loop is due: from then on its host is stalled, and that of this core would have
+/// been, too. Both decide with the recording's next tick, and with its first one.
 void WhatIf::decide_if_left_alone(TimePoint now) {
   const bool is_urgent = urgent_at_ != TimePoint{} && urgent_at_ < recorded_due_at_;
   if (is_urgent && now - urgent_at_ > urgent_late_max) decide(urgent_at_ + urgent_late_max);
@@ -270,7 +270,7 @@ void WhatIf::decide(TimePoint at) {
   for (const Event& event : decisions.events) add({.log_us = log_us(at), .text = to_text(event)});
 }
 
-// --- what differs ---------------------------------------------------------------------------------------------------
+// --- differences -----------------------------------------------------------------------------------------------------
 
 void WhatIf::take_of_tick() {
   if (has_parted_) return;
@@ -306,7 +306,7 @@ void WhatIf::add_outputs(const ContactorOutputs& now, ContactorOutputs& before, 
   if (move.parts) add(std::move(move));
 }
 
-/// The first that waits for the same is its match.
+/// The first unmatched difference of the other course with the same text is its match.
 void WhatIf::add(WhatIfMove move) {
   const auto match = std::find_if(unmatched_.begin(), unmatched_.end(), [&](const WhatIfMove& other) {
     const std::int64_t near_us = move.opens ? opening_match_us : closing_match_us;
@@ -329,8 +329,8 @@ void WhatIf::tell_unmatched(std::int64_t before_log_us) {
   }
 }
 
-/// What came with it, as why it opened, is still told, and when the other one had the same reason to open, if soon;
-/// what came later is of another world.
+/// Differences of the same instant, e.g. the reason for the opening, are still reported, and those at which the other
+/// core had the same reason to open, if that is soon; later ones are not comparable.
 void WhatIf::part_from(std::int64_t at_log_us, bool is_recorded) {
   std::string_view cause;
   for (const WhatIfMove& move : unmatched_) {

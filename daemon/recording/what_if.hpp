@@ -1,19 +1,19 @@
-// What would have happened with another configuration: a second core hears what the recording's core heard, decides
-// when it wants to, and what it does otherwise is told.
+// Runs a recording with another configuration: a second core receives the observations of the recording's core, decides
+// at its own times, and its differences are reported.
 //
-// It takes the recorded state at the start, and goes on as it is from part to part. The world does not follow: what the
-// recording says of currents, voltages and contacts is what was; only the frames that the second core sends come back
-// to it as its own, while the bus took frames then, and the modules answer its questions, with what they said to the
-// recording's core (module_answers.hpp). So when the contactors of both part, that is told, and what would
-// have come then nobody knows: the second core begins again with the state of the next part.
+// It takes over the recorded state at the start, and keeps its own from part to part. The environment does not follow
+// it: currents, voltages and contacts are the recorded ones; only the frames that the second core sends are echoed to
+// it, while the bus accepted frames in the recording, and the modules answer its polls, with their answers to the
+// recording's core (module_answers.hpp). So when the contactors of both diverge that is reported, and the further
+// course is unknown: the second core starts again with the state of the next part.
 //
-// A core with the recorded configuration takes the recorded observations and ticks. From the time at which it wants to
-// decide until the recorded tick the machine gave the daemon no processor, and the second core does not decide either.
-// So a run costs what two cores cost.
+// A core with the recorded configuration receives the recorded observations and ticks. From the time at which its
+// decision is due until the recorded tick the host gave the daemon no CPU time, and the second core does not decide
+// either. So a run costs as much as two cores.
 //
-// What is told: each command of the contactors that only one of both gives, each event that only one of both has within
-// half a second, and each report to the vehicle whose bytes are others. Polls and commands on the internal bus are not
-// compared: they carry counters, and what they are for shows in the rest.
+// It reports each contactor command that only one of both cores gives, each event that only one of both has within half
+// a second, and each message to the vehicle with different bytes. Polls and commands on the internal bus are not
+// compared: they carry counters, and their effect shows in the others.
 #pragma once
 
 #include <array>
@@ -32,17 +32,17 @@
 
 namespace bmu {
 
-/// Something that only one of both courses has. Times are those of the recording's wall clock less what it was set by,
-/// a second or more, since the first part that the run goes on from.
+/// A difference: something that only one of both courses has. Times are those of the recording's wall clock, less the
+/// settings of it by a second or more since the first part from which the run continues.
 struct WhatIfMove {
   std::int64_t log_us = 0;
   bool is_recorded = false;
-  bool parts = false;  // the contactors: nothing is known of what would have followed
+  bool parts = false;  // of the contactors: the further course is unknown
   bool opens = false;  // at least one of them
   std::string text;    // "fault: ...", "contactors: main_negative main_positive"
 };
 
-/// A report of an identifier, where both differ.
+/// A message to the vehicle in which both differ.
 struct WhatIfReport {
   std::int64_t log_us = 0;
   CanFrame recorded;
@@ -50,11 +50,11 @@ struct WhatIfReport {
 };
 
 struct WhatIfOptions {
-  /// The configuration to decide with, or why it cannot take over the recorded state.
+  /// The configuration of the second core, or the reason for which it cannot take over the recorded state.
   std::function<Result<CoreConfig, std::string>(const PackConfig& recorded)> other{};
   std::function<void(const WhatIfMove& move)> moves{};
   std::function<void(const WhatIfReport& report)> reports{};
-  /// Lines before a tick are not as they were written; it goes on all the same.
+  /// Lines before a tick were modified after writing; the run continues nevertheless.
   std::function<void(const RecordProblem& alteration)> altered{};
 };
 
@@ -62,10 +62,10 @@ class WhatIf {
  public:
   explicit WhatIf(WhatIfOptions options) : options_(std::move(options)) {}
 
-  /// The next line, without its line feed. False: it cannot go on; problem() says why.
+  /// Handles the next line, without its line feed. False: it cannot continue; problem() gives the reason.
   [[nodiscard]] bool take(std::string_view line);
   void end();
-  /// Something may be missing before the next part: its state is taken then. Behind a problem it goes on so, too.
+  /// Lines may be missing before the next part: its state is taken over then. Also to continue after a problem.
   void break_off();
 
   /// Ticks are those of the second core.
@@ -102,20 +102,20 @@ class WhatIf {
 
   WhatIfOptions options_;
   RecordReader reader_;
-  std::int64_t clock_ahead_us_ = 0;   // of the recording, as it was taken last
+  std::int64_t clock_ahead_us_ = 0;   // of the recording, as read last
   std::int64_t clock_set_by_us_ = 0;  // above 0: forward
   std::unique_ptr<Core> core_;
   std::unique_ptr<Core> recorded_core_;  // with the recorded configuration
   TimePoint wake_at_{};
-  TimePoint recorded_due_at_{};  // from then on the recording's loop owes a tick; zero: it has had none yet
+  TimePoint recorded_due_at_{};  // a tick of the recording's loop is due from then on; zero: it has had none yet
   TimePoint latest_at_{};        // of the lines so far
-  bool has_waited_ = false;      // the observation being taken: for the machine to give the daemon its processor
+  bool has_waited_ = false;      // the observation in progress, until the host gave the daemon CPU time
   ContactorOutputs outputs_;     // of the second core
   ContactorOutputs recorded_outputs_;
   bool has_parted_ = false;
-  TimePoint urgent_at_{};                        // zero: nothing is; max: at the recording's next tick
-  std::deque<Echo> echoes_;                      // sent, and not yet seen back
-  std::array<bool, port_count> takes_frames_{};  // by what became of the recorded ones
+  TimePoint urgent_at_{};                        // zero: no decision is; max: at the recording's next tick
+  std::deque<Echo> echoes_;                      // sent, and not yet echoed
+  std::array<bool, port_count> takes_frames_{};  // by the result of the recorded ones
   ModuleAnswers answers_;
   std::deque<WhatIfMove> unmatched_;
   std::map<std::uint32_t, CanFrame> reports_;  // of the second core, the latest of each identifier

@@ -10,7 +10,7 @@ namespace bmu {
 
 namespace {
 
-// A disk must not hold up the end; this is well within the service manager's patience.
+// Limit of the wait for the disk at the end; well below the stop timeout of the service manager.
 constexpr Duration state_flush_max = 500ms;
 
 std::string error_with_problems(const std::string& why, const std::vector<std::string>& problems) {
@@ -71,7 +71,7 @@ Result<void, OsError> Daemon::claim_files() {
   return claimed ? sole_use_.add_file(options_.driven_lines, "--driven-lines") : claimed;
 }
 
-/// After the plan, which makes them.
+/// Precondition: LifePlan::make() has created the folders.
 Result<void, OsError> Daemon::claim_folders() {
   auto record = sole_use_.add_folder(options_.record, "--record");
   return record ? sole_use_.add_folder(black_box_folder(options_), "--black-box") : record;
@@ -108,12 +108,12 @@ LifeWorld Daemon::world() {
           .reloads = reloads_};
 }
 
-/// To its end, with what it remembered written.
+/// Runs the session to its end, then waits for its history and recordings; if the process ends, for the state file too.
 Result<LoopEnd, OsError> Daemon::run_life() {
   auto ended = life_->run();
   left_at_ = monotonic_now();
-  // There is no tick from here on, and what has to be written takes as long as the disk does. Nothing is commanded any
-  // more, whatever ended the loop: the contactors need no watchdog of this process.
+  // No tick follows in this session, and the writing takes as long as the disk needs. No output is commanded any more,
+  // whatever ended the loop: the contactors need no watchdog of this process.
   notify_.away();
   life_->finish();
   const bool is_end = !ended || *ended == LoopEnd::ended;
@@ -162,7 +162,7 @@ void Daemon::reload_by(const SignalFrom& from) {
   if (!why.empty()) journal_.log(Severity::warning, "reload by " + who + " refused: " + why);
 }
 
-/// "" if the file is being read now; else why not.
+/// Starts a reload. "": the file is being read; otherwise the reason why not.
 std::string Daemon::ask_reload(Asker asker) {
   if (asker_) return std::string(to_text(ReloadRefusal::under_way));
   notify_.reloading();
@@ -180,7 +180,7 @@ std::string Daemon::ask_reload(Asker asker) {
   return why;
 }
 
-/// What has been read meanwhile is looked at; so is whether the pack is still open.
+/// Handles the file that has been read. Checks again for a refusal: the pack may have been closed meanwhile.
 void Daemon::take_read() {
   auto read = reader_->take();
   if (!read || !asker_) return;
@@ -192,7 +192,7 @@ void Daemon::take_read() {
   } else {
     plan_next(std::move(**read));
   }
-  if (!asker_) notify_.ready();  // this life goes on
+  if (!asker_) notify_.ready();  // this session continues
 }
 
 void Daemon::plan_next(PackRead read) {
@@ -213,7 +213,7 @@ void Daemon::plan_next(PackRead read) {
   life_->leave();
 }
 
-/// The life that was left is over. If the next one cannot be, the one before has to be again.
+/// Replaces the ended session by the planned one. If that cannot start, starts a session with the previous plan again.
 Result<void, LifeFailure> Daemon::begin_next() {
   Legacy legacy = life_->legacy(*next_, left_at_);
   store_->carry_over(life_->core().persistent());
@@ -230,7 +230,7 @@ Result<void, LifeFailure> Daemon::begin_next() {
   }
   const std::string why = to_text(life.error());
   next_.reset();
-  legacy.claim_held_until = {};  // the failed begin took an unknown time
+  legacy.claim_held_until = {};  // the failed begin() took an unknown time
   auto again = DaemonLife::begin(*plan_, world(), legacy);
   if (!again) return failure(LifeFailure{.text = why + "; and then: " + to_text(again.error())});
   life_ = std::move(*again);

@@ -1,13 +1,13 @@
-// The daemon as a process: what lasts from its start to its end, and the lives one after the other in it.
+// The daemon as a process: the objects it keeps from start to exit, and its sessions, one after another.
 //
 //   log, status socket with its clients, service manager, state file,
-//   the locks on what it alone writes                                  last
-//   buses, GPIO lines, core, history, recorder, serial console          are a life's (daemon_life.hpp)
+//   locks on the files and folders that only this daemon writes        kept until the process ends
+//   buses, GPIO lines, core, history, recorder, serial console          of one session (daemon_life.hpp)
 //
-// A reload is all or nothing. The new file is read on a thread, checked whole, and planned: its buses are opened, their
-// bit rate is judged. Until here nothing that runs has been touched, and whatever is wrong is the answer. Then this
-// life ends in order and the next one begins with the state as a restart would find it. Should that fail all the same,
-// a life with the old pack begins in its place, and the answer says so; only if that fails, too, the process ends.
+// A reload is all or nothing. The new file is read on a thread, checked completely and planned: its buses are opened,
+// their bit rate is checked. Until then nothing of the running session has changed, and any error is the reply. Then
+// this session ends in order, and the next one starts with the state that a restart would load. If that fails, a
+// session with the old pack starts instead, and the reply reports it; only if that fails, too, the process ends.
 #pragma once
 
 #include <cstdint>
@@ -24,19 +24,19 @@ namespace bmu {
 
 class Daemon {
  public:
-  /// After prepare_signals(): threads inherit its mask. Options and journal outlive it.
+  /// Precondition: prepare_signals(), because threads inherit its mask. Options and journal must outlive the daemon.
   Daemon(const Options& options, Journal& journal);
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon() = default;
 
-  /// Until the process is to end; what it ends with.
+  /// Runs until the process has to end; returns its exit code.
   [[nodiscard]] int run(const PackConfig& pack);
 
  private:
   struct Asker {
     std::string who;
-    std::uint64_t connection = 0;  // 0: a signal, which wants no answer
+    std::uint64_t connection = 0;  // 0: requested by a signal, no reply
   };
 
   [[nodiscard]] Result<void, OsError> open();
@@ -67,9 +67,9 @@ class Daemon {
   std::unique_ptr<PackReader> reader_;
   std::unique_ptr<LifePlan> plan_;
   std::unique_ptr<DaemonLife> life_;
-  std::optional<Asker> asker_;      // of the reload that is under way
-  std::unique_ptr<LifePlan> next_;  // what this life is being left for
-  ReloadDone done_;                 // the answer, if that goes well
+  std::optional<Asker> asker_;      // of the reload in progress
+  std::unique_ptr<LifePlan> next_;  // plan of the next session, while this one ends
+  ReloadDone done_;                 // the reply, if the reload succeeds
   TimePoint left_at_{};
   std::uint64_t reloads_ = 0;
 };

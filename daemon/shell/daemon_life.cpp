@@ -34,7 +34,7 @@ MemoryOptions memory_options(const Options& options) {
           .record_total_bytes = options.record_total_MB * bytes_per_MB};
 }
 
-/// The same interfaces, which let the same identifiers in.
+/// Whether both packs use the same interfaces with the same receive filters.
 bool has_same_ports(const PackConfig& one, const PackConfig& other) {
   return std::all_of(all_ports.begin(), all_ports.end(), [&](Port port) {
     return one.buses.name(port) == other.buses.name(port) &&
@@ -42,7 +42,7 @@ bool has_same_ports(const PackConfig& one, const PackConfig& other) {
   });
 }
 
-/// The interfaces among the buses, each once, and what they are to be.
+/// The CAN interfaces among the buses, each once, with their required settings.
 std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
   constexpr std::uint32_t kbit = 1'000;
   const InterfaceConfig& interfaces = pack.interfaces;
@@ -65,8 +65,8 @@ std::vector<LinkWanted> wanted_links(const PackConfig& pack) {
   return links;
 }
 
-/// What came before a life begins is of unknown age, and may be of the life before: its own commands, heard by somebody
-/// who has not sent them, would be those of a second master.
+/// Discards the frames received before the session starts. Their age is unknown, and they may include commands of the
+/// previous session, which this one has not sent and would take for those of a second master.
 void discard_waiting(const Buses& buses) {
   for (const Port port : all_ports) {
     if (!buses.is_own(port)) continue;
@@ -89,8 +89,8 @@ Result<PackConfig, ConfigProblems> on_wanted_buses(PackConfig pack, const Option
 
 Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, const Options& options,
                                                               const LifePlan* before) {
-  // A medium that was there when this daemon began may be gone: the life that would be without it goes on rather than
-  // end for it.
+  // A medium that was there when this daemon started may be gone: the session that would lack it is refused, and the
+  // running one continues.
   if (auto made = Memory::make_folders(memory_options(options)); !made) {
     return failure(LifeFailure{.exit_code = exit_system, .text = to_text(made.error())});
   }
@@ -117,7 +117,7 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
   return plan;
 }
 
-// --- life -----------------------------------------------------------------------------------------------------------
+// --- session --------------------------------------------------------------------------------------------------------
 
 Result<std::unique_ptr<DaemonLife>, OsError> DaemonLife::begin(const LifePlan& plan, const LifeWorld& world,
                                                                const Legacy& legacy) {
@@ -145,13 +145,14 @@ Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
   make_requests();
   if (auto ready = loop_->init(); !ready) return ready;
   write_down_lines();
-  // What cannot be had now is tried again while running: without it nothing closes, and the reason is told.
+  // Lines that cannot be opened now are retried while running: without them nothing closes, and the reason is reported.
   if (gpio_) static_cast<void>(gpio_->open());
   discard_waiting(*plan_.buses);
   return {};
 }
 
-/// Before they are ours. A daemon whose stop hook has to go by the pack file is no worse than one without this.
+/// Before the lines are requested. A failure is only logged: the stop hook (bmud --open-gpio) then uses the pack file,
+/// as it does without this file.
 void DaemonLife::write_down_lines() const {
   const auto written = write_driven_lines(world_.options.driven_lines, plan_.pack.gpio);
   if (!written) log(Severity::warning, to_text(written.error()) + "; bmud --open-gpio will go by the pack file");
@@ -173,14 +174,15 @@ void DaemonLife::log_begin() const {
 }
 
 void DaemonLife::make_core() {
-  // Not the counters of the life before: whoever heard its last frame would take the first of this one for it.
+  // Does not continue the counter of the previous session: a node that received its last frame would take the first
+  // frame of this session for that one.
   const auto first_counter = static_cast<std::uint8_t>(std::random_device{}());
   core_ = std::make_unique<Core>(plan_.pack.core, monotonic_now(), first_counter);
   const StateFound& found = world_.store.found();
   if (!world_.store.path().empty() || found.state) core_->restore(found.state.value_or(PersistentState{}));
 }
 
-/// None if neither the pack file nor the option names a device.
+/// Starts the serial console if the pack file or the option names a device.
 Result<void, OsError> DaemonLife::start_console() {
   SerialConfig serial = plan_.pack.serial;
   if (!world_.options.serial.empty()) serial.device = world_.options.serial;

@@ -1,10 +1,11 @@
-// One life of the daemon: all that is made from one pack file, from its buses to the core and what remembers what it
-// did. It ends with the process, or when another pack file is taken up; the next one then begins as after a restart.
+// One session of the daemon: all that is made from one pack file, from its buses to the core, its history and
+// recordings. It ends with the process, or when another pack file is loaded; the next one then starts as after a
+// restart.
 //
-//   plan     what can be found wrong with a pack on this machine, found before anything that runs is touched
-//   begin    the core and everything around it; the contactors are commanded open with the first tick
-//   run      until the process is to end, or leave()
-//   finish   what is remembered has been written, as far as a disk takes it soon
+//   plan     errors of a pack on this machine, found before anything that runs is changed
+//   begin    core and everything around it; the contactors are commanded open with the first tick
+//   run      until the process has to end, or leave()
+//   finish   history and recordings are written, as far as the disk accepts them within the limits of Memory::end()
 #pragma once
 
 #include <cstdint>
@@ -35,30 +36,29 @@
 
 namespace bmu {
 
-/// Why a life cannot begin, and what the process ends with if it is the first.
+/// Reason why a session cannot start, and the exit code of the process if it is the first one.
 struct LifeFailure {
   int exit_code = exit_system;
   std::string text;
 };
 
-/// The pack on the buses that the command line names in place of the file's; or every identifier and bit rate that
-/// clashes there.
+/// The pack on the buses of the command line instead of the file's; or all clashes of identifiers and bit rates.
 [[nodiscard]] Result<PackConfig, ConfigProblems> on_wanted_buses(PackConfig pack, const Options& options);
 
-/// A pack as it will be run: with the command line's buses, the cell count that was set, at the rate that was found.
+/// A pack as it will run: with the buses of the command line, the cell count that was set, the bit rate found.
 struct LifePlan {
   PackRead read;
-  PackConfig wanted;  // at the rate that the file reckons with
-  PackConfig pack;    // at the one that was found
+  PackConfig wanted;  // at the bit rate of the file
+  PackConfig pack;    // at the bit rate that was found
   std::shared_ptr<Buses>
-      buses;  // those of the life before where they are the same: nothing is missed, nothing can fail
+      buses;  // those of the previous session if the ports are the same: no frame is missed, nothing can fail
 
-  /// `before`: of the life that runs, if one does.
+  /// `before`: plan of the running session, if there is one.
   [[nodiscard]] static Result<std::unique_ptr<LifePlan>, LifeFailure> make(PackRead read, const Options& options,
                                                                            const LifePlan* before);
 };
 
-/// What is there before a life, and after it.
+/// Parts of the process that exist before and after a session.
 struct LifeWorld {
   const Options& options;
   Journal& journal;
@@ -69,10 +69,10 @@ struct LifeWorld {
   std::function<StatusReply(const Peer&)> reload;
   std::function<void(const SignalFrom&)> reload_by_signal;
   Watched pack_reader;
-  const std::uint64_t& reloads;  // so far, for the status
+  const std::uint64_t& reloads;  // count so far, for the status
 };
 
-/// What one life leaves to the next beside the state: orders that hold until the process ends.
+/// Settings carried into the next session besides the state: operator commands that hold until the process ends.
 struct Legacy {
   bool is_balancing_off = false;
   TimePoint claim_held_until{};  // through the ports of the next session; zero: the next one listens
@@ -80,7 +80,7 @@ struct Legacy {
 
 class DaemonLife {
  public:
-  /// With the state that the store has found, or was carried over. The plan outlives it.
+  /// Starts with the state that the store has loaded, or that was carried over. The plan must outlive the session.
   [[nodiscard]] static Result<std::unique_ptr<DaemonLife>, OsError> begin(const LifePlan& plan, const LifeWorld& world,
                                                                           const Legacy& legacy);
   DaemonLife(const DaemonLife&) = delete;

@@ -1,11 +1,12 @@
-// A decision that keeps something closed is carried out at once, or not at all.
+// Age check: a decision that keeps a contactor closed is executed at once, or not at all.
 //
-// Between a decision and its frame the process may be stopped or starved for longer than the power distribution unit
-// waits: the unit opens by itself, the frame goes out when we wake, and the unit obeys it, past the precharge. So the
-// clock is asked once more just before. What is late is not sent, the core hears that sending failed and decides anew;
-// whether the time away was long enough to open is the core's to say. To open is never too late.
+// Between a decision and its frame the process may be stopped or starved for longer than the timeout of the power
+// distribution unit (PDU): the PDU opens by itself, the frame is sent when the process continues, and the PDU follows
+// it, without a precharge. So the clock is read again just before sending. A late frame is not sent; the core observes
+// that sending failed and decides again; whether the stall was long enough to open is the core's decision. A command to
+// open is never too late.
 //
-// What is left is the way from that look at the clock into the kernel: a few instructions.
+// Residual risk: a stall between that reading of the clock and the kernel, which takes a few instructions.
 #pragma once
 
 #include "daemon/core/contactors/output_gate.hpp"
@@ -14,7 +15,7 @@
 
 namespace bmu {
 
-/// Far more than a decision takes, and far less than the unit's patience lacks when a command is due.
+/// Much longer than a decision takes, and much shorter than the remaining timeout of the PDU when a command is due.
 inline constexpr Duration closing_decision_life = 30ms;
 
 [[nodiscard]] constexpr bool is_too_late(const ContactorOutputs& outputs, Duration since_decided) {

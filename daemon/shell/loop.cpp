@@ -19,27 +19,27 @@ namespace bmu {
 
 namespace {
 
-// About 60 ms of a full 500 kbit/s bus; then timers and the other ports have their turn.
+// About 60 ms of a full 500 kbit/s bus; then timers and the other ports are served.
 constexpr int frames_per_wake_up = 256;
-// So long after we should have been there: we were stopped or starved, and nobody knows when the frames came that wait.
+// A later wake-up shows that the process was stopped or starved: the age of the waiting frames is unknown.
 constexpr Duration lateness_max = 20ms;
 // More than any receive queue holds.
 constexpr int backlog_max = 100'000;
 constexpr Duration maintain_period = 100ms;
 constexpr Duration tell_people_period = 1s;
-// That the state could not be read is told for so long; the fault stays by itself until somebody has cleared it.
+// Ticks in which an unreadable state file is reported; the fault then stays until an operator has cleared it.
 constexpr std::uint64_t unreadable_told_ticks = 10;
-// The core waits for open contacts within its own bound; this is for the case that it does not keep it.
+// The core limits its wait for open contacts itself; this limit applies if it fails to.
 constexpr Duration shut_down_max = 1500ms;
 constexpr int epoll_events = 8;
 
-// What an epoll event is about: a port's number, or one of these.
+// Tag of an epoll event: the number of a port, or one of these.
 static_assert(port_count <= 10);
 constexpr std::uint32_t tag_timer = 10;
 constexpr std::uint32_t tag_signals = 11;
 constexpr std::uint32_t tag_status_socket = 12;
 constexpr std::uint32_t tag_lines = 13;
-constexpr std::uint32_t tag_watched = 14;  // and on: the places in LoopParts::watched
+constexpr std::uint32_t tag_watched = 14;  // and above: index into LoopParts::watched
 
 constexpr std::size_t index_of(Port port) {
   return static_cast<std::size_t>(port);
@@ -113,13 +113,13 @@ Result<void, OsError> Loop::init() {
   return {};
 }
 
-/// The core takes no memory, but answers to clients and lines of the log do. A loop that gets none for them does not
-/// know what it has left undone.
+/// Runs the loop; opens and ends if memory runs out. The core allocates none, but replies to clients and log lines do.
+/// After a failed allocation it is unknown which work of the loop was left undone.
 Result<LoopEnd, OsError> Loop::run() {
   try {
     return run_to_end();
   } catch (const std::bad_alloc&) {
-    // First, since the words take memory, too.
+    // Opens first, because the error text allocates memory, too.
     open_for_good();
     return failure(OsError{.code = ENOMEM, .what = "memory for the control loop"});
   }
@@ -128,7 +128,7 @@ Result<LoopEnd, OsError> Loop::run() {
 Result<LoopEnd, OsError> Loop::run_to_end() {
   expected_at_ = monotonic_now();
   wake_at_ = expected_at_;
-  // What a port has lost so far was another life's, or nobody's.
+  // Frames that a port has lost so far belong to a previous session, or to none.
   for (const Port port : all_ports) {
     if (parts_.buses.is_there(port)) told_[index_of(port)].frames_lost = parts_.buses.serving(port).frames_lost();
   }
@@ -154,7 +154,7 @@ Result<LoopEnd, OsError> Loop::run_to_end() {
     catch_up(monotonic_now());
     for (int i = 0; i < count; ++i) {
       wake(events[static_cast<std::size_t>(i)].data.u32);
-      // What cannot wait does not wait for the other descriptors either.
+      // An urgent decision does not wait for the other descriptors.
       if (decide_now_) decide_if_due();
     }
     if (parts_.status_socket.has_waiting_requests()) parts_.status_socket.serve(answer_);
@@ -163,7 +163,7 @@ Result<LoopEnd, OsError> Loop::run_to_end() {
   return is_leaving_ ? LoopEnd::left : LoopEnd::ended;
 }
 
-/// A loop that cannot wait, that nothing wakes, or that was left half-way, decides no more: the last decision opens.
+/// Opens with a last decision: for a loop that cannot wait, that nothing wakes, or that was left half-way.
 void Loop::open_for_good() {
   shut_down();
   decide();
@@ -212,8 +212,8 @@ void Loop::read_signals() {
   }
 }
 
-/// SIGHUP has two meanings: somebody sent it and wants a reload, or the system did, since our terminal is gone and with
-/// it who began us there.
+/// SIGHUP has two meanings: a process sent it and requests a reload, or the kernel sent it because the terminal is
+/// gone, and with it the user who started the daemon there.
 void Loop::take_signal(int number, int code, const SignalFrom& from) {
   const bool wants_reload = number == SIGHUP && code != SI_KERNEL && parts_.on_reload;
   if (wants_reload) return parts_.on_reload(from);
@@ -251,7 +251,7 @@ bool Loop::is_over() const {
 void Loop::read_port(Port port) {
   BusPort& bus = parts_.buses.serving(port);
   bool was_down = false;
-  // The rest waits in the port, which stays readable.
+  // Remaining frames wait in the port, which stays readable.
   for (int i = 0; i < frames_per_wake_up && !decide_now_; ++i) {
     ReceivedFrame received;
     const ReadStatus status = bus.read(received);
@@ -286,23 +286,23 @@ bool Loop::must_discard(TimePoint at) const {
   return at - parts_.core.decided_at() > loop_gap_max;
 }
 
-/// Asked on waking, with each frame, and whenever the clock is read to tell the core something or to decide, because a
-/// process can be stopped anywhere. Frames are as old as the time we have been away for, at most; that is what they are
-/// taken for, and nothing is decided before all are in. After a time longer than the core bridges they are not taken at
-/// all: it forgets everything then, and must not learn it anew from frames of long ago.
+/// Called on waking, with each frame, and whenever the clock is read for an observation or a decision, because a
+/// process can be stopped anywhere. Waiting frames are at most as old as the stall; they are handled with that age, and
+/// no decision is made before all are in. After a stall longer than the core bridges (loop_gap_max) they are discarded:
+/// the core then invalidates all data and must not fill it with frames from before.
 void Loop::catch_up(TimePoint at) {
   if (is_late(at)) {
     std::array<bool, port_count> was_down{};
     const bool discards = must_discard(at);
     for (const Port port : all_ports) {
-      // Who serves a port comes before it.
+      // The port that serves another one precedes it.
       if (!parts_.buses.is_there(port)) continue;
       const bool is_drained = !parts_.buses.is_own(port);
       const Port serving = parts_.buses.served_by[index_of(port)];
       was_down[index_of(port)] = is_drained ? was_down[index_of(serving)] : drain_port(port, discards);
     }
     expected_at_ = at;
-    // After the frames, because this is told with the time of now.
+    // After the frames, because this observation has the current time.
     for (const Port port : all_ports) {
       if (parts_.buses.is_there(port)) tell_port_state(port, was_down[index_of(port)]);
     }
@@ -310,7 +310,7 @@ void Loop::catch_up(TimePoint at) {
   expected_at_ = at;
 }
 
-/// True: it was down meanwhile.
+/// Handles or discards all waiting frames. True: the port was down meanwhile.
 bool Loop::drain_port(Port port, bool discards) {
   BusPort& bus = parts_.buses.serving(port);
   std::uint64_t discarded = 0;
@@ -319,15 +319,15 @@ bool Loop::drain_port(Port port, bool discards) {
     ReceivedFrame received;
     const ReadStatus status = bus.read(received);
     if (status == ReadStatus::empty) break;
-    was_down = was_down || status == ReadStatus::down;  // what waits behind the loss is as old as the rest
+    was_down = was_down || status == ReadStatus::down;  // frames after the loss are as old as the others
     if (status == ReadStatus::frame && !take_old_frame(port, received, discards)) ++discarded;
   }
   if (discarded > 0) observe(latest_time_, FramesLost{.port = port, .count = discarded});
   return was_down;
 }
 
-/// False: it was discarded. What the controller says of itself is no measurement and is always taken: a bus-off of then
-/// is one until somebody is heard again.
+/// False: the frame was discarded. An error frame is a state of the controller, not a measurement, and is always
+/// handled: a bus-off of that time lasts until a frame is received again.
 bool Loop::take_old_frame(Port port, ReceivedFrame received, bool discards) {
   if (discards && !received.frame.is_error) return false;
   received.received_at = latest_time_;
@@ -348,7 +348,7 @@ void Loop::take_frame(Port port, const ReceivedFrame& received) {
 void Loop::tell_port_state(Port port, bool was_down) {
   const BusPort& bus = parts_.buses.serving(port);
   Told& told = told_[index_of(port)];
-  // Down and up again between two looks is still a loss.
+  // Down and up again between two calls is still a loss.
   if (was_down && told.is_up) {
     told.is_up = false;
     observe(now(), PortChanged{.port = port, .is_up = false});
@@ -358,7 +358,7 @@ void Loop::tell_port_state(Port port, bool was_down) {
     told.is_up = is_up;
     observe(now(), PortChanged{.port = port, .is_up = is_up});
   }
-  // On a shared bus a loss is told once, like the frames.
+  // On a shared bus a loss is observed once, like the frames.
   if (!parts_.buses.is_own(port)) return;
   if (const std::uint64_t lost = bus.frames_lost(); lost != told.frames_lost) {
     observe(now(), FramesLost{.port = port, .count = lost - std::exchange(told.frames_lost, lost)});
@@ -378,7 +378,7 @@ void Loop::maintain_ports() {
   maintain_lines();
 }
 
-/// No more than told: modules that cannot be heard go stale by themselves.
+/// Only logged: the data of modules that cannot be received goes stale by itself.
 void Loop::look_at_rate() {
   if (!parts_.rate.update(parts_.buses.internal())) return;
   parts_.journal.log(parts_.rate.severity(false), parts_.rate.finding().text);
@@ -403,7 +403,7 @@ void Loop::read_intake_air() {
 
 void Loop::drive_lines(const ContactorOutputs& outputs, TimePoint decided_at) {
   if (parts_.lines == nullptr) return;
-  // The lines stay as they are, and the watchdog's stands still, until the next decision, which comes at once.
+  // The lines keep their levels, the watchdog line included, until the next decision, which follows at once.
   if (is_too_late(outputs, monotonic_now() - decided_at)) {
     decide_now_ = true;
     return;
@@ -450,7 +450,7 @@ void Loop::tell_health() {
   observe(now(), HealthSeen{.health = health});
 }
 
-/// A store that is busy for the moment is asked again with the next decision.
+/// A store that is busy gets the state with the next decision.
 void Loop::keep_state() {
   const std::uint32_t generation = parts_.core.persistent_generation();
   if (generation != kept_generation_ && parts_.store.offer(parts_.core.persistent())) kept_generation_ = generation;
@@ -476,7 +476,7 @@ void Loop::decide() {
   decide_now_ = false;
   latest_time_ = at;
   const Decisions decisions = parts_.core.decide(at);
-  // Before they are acted on: a bus that refuses a frame makes that an observation, which comes after this.
+  // Before they are executed: a frame that a bus refuses becomes an observation, which follows this decision.
   for (CoreTap* tap : parts_.taps) tap->decided(at, decisions);
   if (parts_.lines != nullptr) parts_.lines->decided();
   drive_lines(decisions.outputs, at);
@@ -499,10 +499,10 @@ void Loop::send(const Decisions& decisions, TimePoint decided_at) {
   for (const OutgoingFrame& outgoing : decisions.frames) {
     const bool was_away = is_too_late(outgoing, monotonic_now() - decided_at);
     if (!was_away && parts_.buses.serving(outgoing.port).send(outgoing.frame)) continue;
-    // Whatever the core makes of it can wait for the next tick; a bus that takes nothing must not make us spin. We, if
-    // we were away, have to decide anew at once.
+    // The reaction of the core can wait for the next tick; a bus that accepts no frames must not make the loop spin.
+    // After a stall of the loop a new decision is due at once.
     const bool decide_now_before = decide_now_ || was_away;
-    // At the time of the decision: what waits to be read, if we were away, is no younger.
+    // With the time of the decision: after a stall the frames that wait to be read are no younger.
     observe(decided_at, SendFailed{.port = outgoing.port, .frame = outgoing.frame});
     decide_now_ = decide_now_before;
   }
@@ -527,7 +527,7 @@ void Loop::arm_timer() {
   itimerspec when{};
   when.it_value.tv_sec = seconds.count();
   when.it_value.tv_nsec = (since_epoch - seconds).count();
-  // A time in the past fires at once; only 0, which no tick is due at, would switch the timer off.
+  // A time in the past fires at once; only 0, at which no tick is due, would disarm the timer.
   if (::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &when, nullptr) != 0) {
     timer_failure_ = os_error("timerfd_settime");
   }

@@ -1,12 +1,12 @@
-// The control loop: one thread, one epoll, nothing in it that waits.
+// The control loop: one thread, one epoll, no call that blocks.
 //
 //   bus frames, line levels, port changes, signals, commands, the wall clock  ->  observations  ->  Core::observe
-//   the tick's timer, or an observation that cannot wait  ->  Core::decide  ->  lines, frames, log lines, one timer
+//   the tick's timer, or an urgent observation  ->  Core::decide  ->  lines, frames, log lines, one timer
 //
-// What is to be remembered goes to the store after the decision that changed it, whose thread writes it.
+// Persistent state goes to the store after the decision that changed it; the thread of the store writes it.
 //
-// Each wake-up reads a bounded number of frames and answers at most one client, so neither a flooded bus nor a busy
-// client can hold up the tick. Being alive is told only after a tick has been decided in full.
+// Each wake-up reads a bounded number of frames and answers at most two requests, so neither a flooded bus nor a busy
+// client can delay the tick. The watchdog is fed only after a tick has been decided in full.
 #pragma once
 
 #include <array>
@@ -33,13 +33,13 @@
 
 namespace bmu {
 
-/// Another descriptor, and what is called when it is readable (level).
+/// Another descriptor, and the function to call when it is readable (level).
 struct Watched {
   int fd = -1;
   std::function<void()> call;
 };
 
-/// Who sent a signal.
+/// Sender of a signal.
 struct SignalFrom {
   std::uint32_t user_id = 0;
   std::int64_t process_id = 0;
@@ -64,17 +64,17 @@ struct LoopParts {
   LineFeeder* lines = nullptr;            // none: the pack file has no lines of this machine
   IntakeAirReader* intake_air = nullptr;  // none: the temperature of the intake air comes from no file
   const HistoryStore* history = nullptr;
-  std::vector<CoreTap*> taps{};  // are told all that the core is told and decides; none of them may wait
-  std::vector<std::function<void()>> each_second{};  // what people are told now and then; may not wait either
+  std::vector<CoreTap*> taps{};  // receive all observations and decisions of the core; must not block
+  std::vector<std::function<void()>> each_second{};  // for periodic log lines and the like; must not block
   std::vector<Watched> watched{};
-  std::vector<CommandGiven> first{};                   // orders of the life before that hold in this one
-  std::function<void(const SignalFrom&)> on_reload{};  // SIGHUP that somebody sent
+  std::vector<CommandGiven> first{};                   // operator commands of the previous session that still hold
+  std::function<void(const SignalFrom&)> on_reload{};  // for a SIGHUP from a process
 };
 
-/// How a life ended.
+/// How a session ended.
 enum class LoopEnd : std::uint8_t {
   ended,  // by SIGTERM, SIGINT, or a terminal that hung up: the process ends, too
-  left,   // by leave(): the next one may begin
+  left,   // by leave(): the next session may start
 };
 
 class Loop {
@@ -84,24 +84,24 @@ class Loop {
 
   explicit Loop(const LoopParts& parts);
 
-  /// What clients are answered with; both read the core between two decisions.
+  /// Sets the functions that answer clients; both read the core between two decisions.
   void set_answers(Answer answer, Picture picture);
-  /// Timer, signals and ports into one epoll. SIGTERM, SIGINT and SIGHUP must be blocked already.
+  /// Adds all descriptors to one epoll. Precondition: SIGTERM, SIGINT and SIGHUP are blocked.
   [[nodiscard]] Result<void, OsError> init();
-  /// Runs until the pack is open after SIGTERM, SIGINT or leave(); a second signal ends it at once. Returns an error
-  /// if the system refused what a loop cannot do without, or another master commands the pack; the outputs have been
-  /// commanded open then too, with another master on the bus without a frame.
+  /// Runs until the pack is open after SIGTERM, SIGINT or leave(); a second signal ends it at once. Returns an error if
+  /// the system refused a call or memory that the loop needs, or another master commands the pack; the outputs have
+  /// been commanded open then too, with another master on the bus without a frame.
   [[nodiscard]] Result<LoopEnd, OsError> run();
-  /// This life ends, in the same order, for another one to begin.
+  /// Ends this session in the same order, for another one to start.
   void leave();
 
-  /// An order from a client: taken in and decided on when this returns, so that what it did can be told.
+  /// Executes a command of a client: observed and decided on when this returns, so that its effect can be reported.
   void carry_out(const CommandGiven& command);
   [[nodiscard]] const LoopCounters& counters() const { return counters_; }
   [[nodiscard]] const DriveRecord& drive() const { return drive_.record(); }
 
  private:
-  /// What has been told of a port so far, so that each change is told once.
+  /// State of a port as last observed by the core, so that each change is observed once.
   struct Told {
     bool is_up = false;
     std::uint64_t frames_lost = 0;
@@ -139,7 +139,7 @@ class Loop {
   void shut_down();
   void end_core();
   [[nodiscard]] bool is_over() const;
-  /// What waits from a time when we were away has been taken when this returns.
+  /// The time of the core. Frames that waited during a stall have been handled when this returns.
   [[nodiscard]] TimePoint now();
   [[nodiscard]] bool watch(int fd, std::uint32_t tag);
   void wake(std::uint32_t tag);
@@ -157,15 +157,15 @@ class Loop {
   std::uint32_t kept_generation_ = 0;
   LoopCounters counters_;
   DriveRecorder drive_;
-  std::optional<OsError> timer_failure_;  // the next decision has no time at which it is due
-  TimePoint latest_time_{};               // what the core was told last: its time never goes back
+  std::optional<OsError> timer_failure_;  // set: the next decision has no due time
+  TimePoint latest_time_{};               // time of the last observation or decision: the core's time never goes back
   TimePoint wake_at_{};
-  TimePoint expected_at_{};  // when we were there last, or sleep until by right: what is much later was an absence
+  TimePoint expected_at_{};  // time of the last activity, or planned end of the sleep: a much later time is a stall
   TimePoint maintained_at_{};
   TimePoint told_people_at_{};
   TimePoint shut_down_at_{};
   bool decide_now_ = false;
-  bool is_tick_unfinished_ = false;  // decided; what follows a tick is still to be done
+  bool is_tick_unfinished_ = false;  // decided; after_tick() is still due
   bool is_ready_ = false;
   bool is_shutting_down_ = false;
   bool is_shut_down_ = false;
@@ -173,7 +173,7 @@ class Loop {
   bool is_leaving_ = false;
 };
 
-/// One line for people: state, voltage, current, charge, what is wrong.
+/// One line for people: phase, voltage, current, SOC, confirmed faults.
 [[nodiscard]] std::string summary_line(const Core& core);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// bmud: reads the command line and the pack, and checks it, opens lines, or runs the daemon.
+// bmud: reads command line and pack file, then checks the pack, opens GPIO outputs, or runs the daemon.
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -21,10 +21,10 @@ namespace {
 
 using namespace bmu;
 
-// A blocked log must not hold up the end; this is well within the service manager's patience.
+// Limit of the wait for a blocked log at the end; well below the stop timeout of the service manager.
 constexpr Duration log_flush_max = 300ms;
 
-/// Before any thread starts: signals come through the loop's descriptor, and a client that hangs up is no signal.
+/// Signals come through the loop's descriptor; a client that hangs up raises none. Precondition: no thread has started.
 void prepare_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -45,7 +45,7 @@ int open_gpio(const std::optional<GpioConfig>& gpio) {
   return exit_ok;
 }
 
-/// Nothing where the pack file has to do.
+/// The lines that a daemon has driven before; no value: use those of the pack file.
 std::optional<GpioConfig> lines_driven_before(const Options& options) {
   if (options.driven_lines.empty()) return std::nullopt;
   const auto driven = read_driven_lines(options.driven_lines);
@@ -59,7 +59,7 @@ int run_daemon(const PackConfig& pack, const Options& options) {
   prepare_real_time(options.real_time);
   Journal journal(*severity_from_text(options.log_level));
   const int code = Daemon(options, journal).run(pack);
-  // With a sink that is blocked an orderly exit() might wait for it; there is nothing left that needs one.
+  // exit() might wait for a blocked sink; nothing that is left needs it.
   if (!journal.flush(log_flush_max)) ::_exit(code);
   return code;
 }
@@ -94,7 +94,7 @@ int check_or_run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // No orderly opening from here: nobody knows what state we are in. The contactor command expires at its receiver.
+  // No orderly opening from here: the state of the process is unknown. The contactor command expires at its receiver.
   try {
     const ParsedOptions parsed = parse_options(argc, argv);
     return parsed.options ? check_or_run(*parsed.options) : parsed.exit_code;

@@ -63,10 +63,10 @@ bool has_room_for_two_files(const Options& options) {
   return options.record_total_MB >= 2 * options.record_file_MB;
 }
 
-// Checks of what is given, in the words of the mistake. Something that is empty, as of a variable nobody has set, is no
-// way to leave an option out: who wrote it wants what would then be missing.
+// Checks of option values: the error text, or "". An empty value, e.g. of an unset variable, does not count as an
+// omitted option: the user expects the function that would then be missing.
 
-/// A file that turns out not to be a history of ours is put aside as damaged: none whose name says something else.
+/// A file that turns out not to be a history is quarantined as damaged, so the name must end as that of a history does.
 std::string is_history_name(const std::string& name) {
   const bool is_one = name == "none" || name.ends_with(".sqlite");
   return is_one ? "" : "found '" + name + "', wanted a name that ends in .sqlite, or none";
@@ -76,15 +76,15 @@ std::string is_path(const std::string& path) {
   return path.empty() ? "found nothing, wanted a path" : "";
 }
 
-/// What is replaced, or put aside as damaged, is nothing that somebody else could miss, as a folder or a device.
+/// Accepts a file only, not a folder or a device: the daemon replaces it, or quarantines it as damaged.
 std::string is_file(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
   const bool is_link = std::filesystem::is_symlink(path, error);
   using enum std::filesystem::file_type;
-  // As to a medium that is not there yet: what it keeps would be missed, and the link lost.
+  // E.g. to a medium that is not mounted yet: its data would be missing, and the link would be replaced.
   if (is_link && type == not_found) return "found '" + path + "', a link that leads nowhere, wanted a file";
-  // Whatever cannot be looked at is reported when it is read.
+  // A path that cannot be examined is reported when it is read.
   if (type == regular || type == not_found || type == none) return is_path(path);
   return "found '" + path + "', " + (type == directory ? "a folder" : "no regular file") + ", wanted a file";
 }
@@ -99,7 +99,7 @@ std::string is_socket_path(const std::string& path) {
   return "found " + std::to_string(path.size()) + " characters, wanted at most " + std::to_string(length_max);
 }
 
-/// What the daemon would replace though it holds something else; "" if it is a file of its own.
+/// Error if the daemon would replace a file that holds something else; "" if it is a file of its own.
 std::string wrong_driven_lines(const Options& options) {
   if (std::string wrong = is_file(options.driven_lines); !wrong.empty()) return wrong;
   const std::array<std::pair<const char*, std::string>, 3> others{
@@ -113,7 +113,7 @@ std::string wrong_driven_lines(const Options& options) {
 }
 
 void add_options(CLI::App& app, Options& options) {
-  // Not "required": an option nobody knows would be answered with the one that is missing.
+  // Not "required": an unknown option would be answered with the missing one.
   app.add_option("--config,config", options.config, "the pack's file, with or without the option's name")
       ->type_name("PACK.json");
   app.add_option("--bus-internal", options.bus_internal, "internal bus, instead of the pack file's")
@@ -180,9 +180,9 @@ void add_options(CLI::App& app, Options& options) {
   app.footer(footer);
 }
 
-/// "NAME" in the folder the service manager made for us (the first, if it made several); "" if it made none.
+/// Path of `name` in the state folder of the service manager (the first, if there are several); "" if there is none.
 std::string in_state_folder(const std::string& name) {
-  const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* folders = std::getenv("STATE_DIRECTORY");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   if (folders == nullptr || *folders == '\0') return "";
   const std::string first(folders);
   return first.substr(0, first.find(':')) + "/" + name;
@@ -207,7 +207,7 @@ ParsedOptions parse_options(int argc, const char* const* argv) {
     std::fprintf(stderr, "bmud: no pack file given, wanted --config PACK.json (see bmud --help)\n");
     return {.options = std::nullopt, .exit_code = exit_command_line};
   }
-  // Who opens lines is not kept from it by what stands there: main.cpp goes by the pack file then.
+  // --open-gpio is not refused because of that file: main.cpp then uses the pack file.
   if (!options.open_gpio && app.count("--driven-lines") > 0) {
     if (const std::string wrong = wrong_driven_lines(options); !wrong.empty()) {
       std::fprintf(stderr, "bmud: --driven-lines: %s (see bmud --help)\n", wrong.c_str());

@@ -1,4 +1,4 @@
-// The command line of bmud, and where what it leaves out is.
+// Command line of bmud, and the default paths of omitted options.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace bmu {
 
-// sysexits.h has the same numbers; services and scripts know them.
+// Numbers as in sysexits.h, except 2; services and scripts rely on them.
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_command_line = 2;
 inline constexpr int exit_internal = 70;
@@ -40,14 +40,14 @@ struct Options {
 
 struct ParsedOptions {
   std::optional<Options> options;
-  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+  int exit_code = exit_ok;  // without options: --help or --version, or an error of the command line
 };
 
 [[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);
 
-// Each the option, else in the folder that the service manager made for us (STATE_DIRECTORY), else "": nowhere.
+// Each is the option, otherwise a path in the state folder of the service manager (STATE_DIRECTORY), otherwise "".
 [[nodiscard]] std::string state_path(const Options& options);
-/// Else beside the state. Absolute: who is told where it is may be somewhere else.
+/// Default: beside the state file. Absolute: a reader of the path may have another working directory.
 [[nodiscard]] std::string history_path(const Options& options);
 [[nodiscard]] std::string black_box_folder(const Options& options);
 

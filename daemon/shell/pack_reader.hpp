@@ -1,5 +1,5 @@
-// Reads a pack file for a running daemon: on a thread of its own, since a disk may take seconds and the control loop
-// has none. With it comes what else is read of files when a life begins.
+// Loads a pack file for a running daemon, on a thread of its own, because a disk may take seconds and the control loop
+// must not wait. The other files that a session needs at its start are read with it.
 //
 //   begin(...)        once; then is_reading() until take()
 //   fd() readable     take()
@@ -19,16 +19,16 @@
 
 namespace bmu {
 
-/// What a life begins with, as files have it.
+/// Data from files with which a session starts.
 struct PackRead {
   PackConfig file_pack;
-  std::shared_ptr<CellCountSetting> cell_count;  // of that file; its pack() is what counts
+  std::shared_ptr<CellCountSetting> cell_count;  // of that file; its pack() is the one in effect
   ConfigProblems warnings;
   AccessGroups groups;
   UserNames users;
 };
 
-/// What is read beside a pack file. Waits for the disk, as load_pack_config() does.
+/// Reads the data from files beside the pack file. Waits for the disk, as load_pack_config() does.
 [[nodiscard]] PackRead read_beside(PackConfig file_pack, const std::string& config, const std::string& state_path);
 
 class PackReader {
@@ -36,15 +36,15 @@ class PackReader {
   [[nodiscard]] static Result<std::unique_ptr<PackReader>, OsError> make();
   PackReader(const PackReader&) = delete;
   PackReader& operator=(const PackReader&) = delete;
-  /// Gives the thread up if it hangs in a disk.
+  /// Detaches the thread if it hangs in a disk access.
   ~PackReader();
 
-  /// After prepare_signals(), whose mask the thread inherits.
+  /// Precondition: prepare_signals(), because the thread inherits its mask.
   [[nodiscard]] Result<void, OsError> begin(const std::string& config, const std::string& state_path);
   [[nodiscard]] bool is_reading() const { return thread_.joinable(); }
   /// Readable (level) once there is something to take. Stable.
   [[nodiscard]] int fd() const;
-  /// Nothing: not yet.
+  /// No value: still reading.
   [[nodiscard]] std::optional<Result<PackRead, ConfigProblems>> take();
 
  private:
@@ -52,7 +52,7 @@ class PackReader {
 
   explicit PackReader(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
-  std::shared_ptr<Shared> shared_;  // the thread's, too: it may outlive us
+  std::shared_ptr<Shared> shared_;  // shared with the thread, which may outlive this object
   std::thread thread_;
 };
 

@@ -20,7 +20,7 @@ std::string_view to_text(ReloadRefusal refusal) {
 ReloadRefusal reload_refusal(const Core& core, TimePoint now) {
   if (core.outputs().any_contactor() || core.sequence().phase != Phase::open) return ReloadRefusal::contactors_closed;
   if (core.is_close_requested()) return ReloadRefusal::close_wanted;
-  // Now false for one reason only: this life has been told to end.
+  // Outputs and request were checked above: this session has been commanded to end.
   if (!core.may_change_modules()) return ReloadRefusal::ending;
   const Measured<PduState>& pdu = core.sensors().pdu;
   const bool is_heard = pdu.is_usable(now, core.config().ages.pdu_status);

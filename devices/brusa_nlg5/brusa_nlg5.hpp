@@ -1,15 +1,16 @@
 // Brusa NLG5 charger: 11-bit identifiers, big-endian, 500 kbit/s.
 //
-// It wants a control message every 100 ms, with valid numbers in all three of its set-points; after 300 ms without one
-// it stops with an error. Latched errors are cleared by `clear_errors` going from 0 to 1 and back to 0, but those that
-// only switching it off clears (output overvoltage, power stage shorted, wrong polarity, the emergency thresholds).
+// The charger requires a control message every 100 ms, with valid numbers in all three set-points; after 300 ms without
+// one it stops with an error. Latched errors are cleared by `clear_errors` going from 0 to 1 and back to 0, except
+// those that only switching it off clears (output overvoltage, power stage shorted, wrong polarity, the emergency
+// thresholds).
 //
-// `mains_request` makes it ask a charging post for mains, by state C of the control pilot (IEC 61851). One source alone
-// has the bit, and none says whether a charger behind a post needs it or asks by itself: so it is set where the pack
-// file wants it (charger/requests_mains), and only from a pack that is being charged.
+// `mains_request` makes it request mains from a charging post, by state C of the control pilot (IEC 61851). Only one
+// source has the bit, and none states whether a charger at a post needs it or requests mains by itself: it is set if
+// the pack file enables it (charger/requests_mains), and only while the pack is being charged.
 //
-// What is not known: which of the two bits of the bypass detection leads (none, DC, AC in phase, AC not in phase), so
-// they are two flags here; where a second charger has its identifiers (one source says 638h for its control message).
+// Unknown: which of the two bits of the bypass detection leads (none, DC, AC in phase, AC not in phase), so they are
+// two flags here; the identifiers of a second charger (one source gives 638h for its control message).
 #pragma once
 
 #include "devices/device.hpp"
@@ -17,7 +18,7 @@
 
 namespace bmu::brusa_nlg5 {
 
-/// Without a control message for so long it stops.
+/// The charger stops after this time without a control message.
 inline constexpr Duration control_life = 300ms;
 
 inline constexpr RawName limit_names[] = {{0x20, "output voltage"},  {0x10, "output current"}, {0x08, "mains current"},
@@ -94,7 +95,7 @@ inline constexpr SignalSpec actual_2_signals[] = {
 };
 namespace detail {
 
-/// From -50 to 200 C: a bound of this program, as no source has one.
+/// From -50 to 200 C: bounds chosen by this program, as no source gives any.
 consteval SignalSpec temperature(std::string_view name, unsigned first_byte) {
   return field::within(-500, 2'000, field::as_signed(field::big(name, first_byte, 2, field::tenth_of_C)));
 }

@@ -1,4 +1,4 @@
-// How a Brusa NLG5 is driven. Its errors latch: they are cleared by a bit that goes from 0 to 1 and back.
+// Driver of a Brusa NLG5 charger. Its errors latch: they are cleared by a bit that goes from 0 to 1 and back.
 #include "devices/brusa_nlg5/brusa_nlg5.hpp"
 #include "protocol/receive_check.hpp"
 
@@ -6,7 +6,7 @@ namespace bmu::brusa_nlg5 {
 
 namespace {
 
-/// Which errors are which trouble. Masks of raw bits, as in the rows' names.
+/// Errors of each trouble. Masks of raw bits, as in the rows' names.
 struct TroubleMask {
   ChargerTrouble trouble;
   std::uint8_t power;      // power_error_bits
@@ -27,7 +27,8 @@ constexpr std::array trouble_masks{
     TroubleMask{ChargerTrouble::no_mains, 0x00, 0x00, 0x00, 0x00, 0x10},
 };
 
-/// By the bits that errors_frame() has for them: the others are warnings, with which it goes on.
+/// Troubles that stop the charger, by the bits that errors_frame() sets for them: the others are warnings, with which
+/// it continues.
 constexpr std::uint16_t stopping =
     bits_of_troubles(ChargerTrouble::hardware, ChargerTrouble::mains, ChargerTrouble::battery,
                      ChargerTrouble::no_command, ChargerTrouble::output_overvoltage, ChargerTrouble::unnamed);
@@ -38,7 +39,7 @@ CanFrame command(std::uint8_t /*unit*/, const ChargerOrder& order) {
   write<control, "enable">(frame, order.is_enabled ? 1 : 0);
   write<control, "clear_errors">(frame, order.clears_errors ? 1 : 0);
   write<control, "mains_request">(frame, order.requests_mains ? 1 : 0);
-  // All three have to be numbers all the time.
+  // All three must be valid numbers at all times.
   write<control, "mains_current_limit_mA">(frame, order.mains_current_mA);
   write<control, "output_voltage_limit_mV">(frame, order.voltage_mV);
   write<control, "output_current_limit_mA">(frame, order.is_enabled ? order.current_mA : 0);
@@ -60,7 +61,7 @@ std::uint16_t troubles_of(const CanFrame& frame) {
   return troubles;
 }
 
-/// The state comes ten times as often as the errors, and knows that there is one and not which.
+/// The status is sent ten times as often as the errors, and indicates that there is an error but not which one.
 void note_error(bool has_error, ChargerReport& report) {
   constexpr std::uint16_t unnamed = bit_of(ChargerTrouble::unnamed);
   const bool is_named = (report.troubles & static_cast<std::uint16_t>(~unnamed)) != 0;
@@ -109,9 +110,9 @@ std::int64_t value_or_0(const SignalValue& value) {
   return value.is_valid() ? value.value : 0;
 }
 
-/// A bit for each trouble: power stage short, mains voltage implausible or low, output voltage implausible, battery
+/// One bit for each trouble: power stage short, mains voltage implausible or low, output voltage implausible, battery
 /// voltage low, output overvoltage, no control message, charger hot, command out of range. A power stage short and an
-/// output overvoltage take its supply to clear.
+/// output overvoltage are cleared only by switching its supply off.
 CanFrame errors_frame(std::uint16_t troubles) {
   CanFrame frame = make_frame(errors);
   std::int64_t power = 0;

@@ -1,10 +1,10 @@
-// The cyclic form of a pack's cell voltages and temperatures on the vehicle bus: what this daemon itself sends for
-// other control units, where the pack file gives it identifiers (vehicle/cell_voltages_id, cell_temperatures_id).
+// Cyclic messages with a pack's cell voltages and temperatures on the vehicle bus: sent by this daemon for other
+// control units if the pack file gives them identifiers (vehicle/cell_voltages_id, cell_temperatures_id).
 //
 // A frame has three values, the first of which is number 3 * block + 1 through the pack; a round goes from block 0 to
-// `last_block`, so that a receiver knows how many there are and when it has all of them. Big-endian; what is not known,
-// or is no cell or sensor any more, is FFFFh or 8000h. The identifiers are those of the documentation; both may be
-// others.
+// `last_block`, so that a receiver can determine how many blocks there are and when it has all of them. Big-endian; an
+// unknown value, or one after the last cell or sensor, is FFFFh or 8000h. The identifiers are those of the
+// documentation; the pack file may set others.
 #pragma once
 
 #include "devices/device.hpp"
@@ -32,7 +32,7 @@ inline constexpr SignalSpec temperature_signals[] = {
     field::as_signed(field::big("cell_temperature_2_dC", 4, 2, field::tenth_of_C, temperature_codes)),
     field::as_signed(field::big("cell_temperature_3_dC", 6, 2, field::tenth_of_C, temperature_codes)),
 };
-/// Index of the first value in both.
+/// Index of the first value in both signal lists.
 inline constexpr std::size_t first_value = 2;
 
 inline constexpr MessageSpec voltages{.name = "CELL_VOLTAGES",

@@ -1,6 +1,6 @@
-// The form of Discover's batteries, which some inverters understand: SMA's frames with the voltage of 356h in tenths of
-// a volt, in captures of a pack of 52.2 V, and b4-5 of 355h not filled. Little-endian, 500 kbit/s. No paper of its
-// maker was seen: the other frames are those that all forms have.
+// Protocol of Discover's batteries, which some inverters support: SMA's frames with the voltage of 356h in tenths of a
+// volt, in captures of a pack of 52.2 V, and b4-5 of 355h not filled. Little-endian, 500 kbit/s. No document of its
+// manufacturer was available: the other frames are those common to all protocols.
 #pragma once
 
 #include "devices/device.hpp"

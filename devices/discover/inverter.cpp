@@ -1,4 +1,4 @@
-// The driver of this form. What is not known is not sent: no paper has a code for it.
+// Driver of this protocol. Unknown values are not sent: no document defines a code for them.
 #include "devices/discover/discover.hpp"
 #include "devices/inverter_frames.hpp"
 

@@ -1,4 +1,4 @@
-// How an Elcon or TC charger is driven. The identifier names the unit.
+// Driver of Elcon and TC chargers. The identifier gives the unit.
 #include <algorithm>
 
 #include "devices/elcon_tc/elcon_tc.hpp"
@@ -8,7 +8,7 @@ namespace bmu::elcon_tc {
 
 namespace {
 
-/// Reads and writes by one unit's rows: all have the same signals.
+/// Rows of one unit, used to read and write the frames of all: all have the same signals.
 constexpr const MessageSpec& any_command = command_e5;
 constexpr const MessageSpec& any_status = status_e5;
 
@@ -59,7 +59,7 @@ ChargerNews take(const CanFrame& frame, std::array<ChargerReport, charger_units_
   return {ChargerWord::values, *unit};
 }
 
-/// With either address.
+/// With either address of a master.
 std::optional<std::uint8_t> commanded_unit(const CanFrame& frame) {
   if (frame.is_remote) return std::nullopt;
   const std::optional<std::uint8_t> unit_of_f4 = unit_of(frame, command_rows.front());
@@ -93,7 +93,7 @@ ChargerFrames reports(std::uint8_t unit, const ChargerReport& report) {
   return frames;
 }
 
-/// It gives nothing with any of them, and goes on by itself without.
+/// With any of these a charger gives no output; without them it continues by itself.
 constexpr std::uint16_t all_troubles() {
   std::uint16_t bits = 0;
   for (const TroubleBit& one : trouble_bits) bits |= bit_of(one.trouble);

@@ -1,19 +1,19 @@
-// Elcon and TC chargers (HK-J and their kin), as their maker describes them and as they are driven by others: 29-bit
-// identifiers, big-endian. Up to four on one bus, told apart by their address E5, E7, E8 or E9; the firmware CAN1430
-// has E5, CAN998 has E7, CAN997 has E8.
+// Elcon and TC chargers (HK-J and related ones), as their manufacturer describes them and as other programs drive them:
+// 29-bit identifiers, big-endian. Up to four on one bus, distinguished by their address E5, E7, E8 or E9; the firmware
+// CAN1430 has E5, CAN998 has E7, CAN997 has E8.
 //
-// A charger that hears no command for 5 s stops, and goes on by itself with the next one.
+// A charger that receives no command for 5 s stops, and continues by itself with the next one.
 //
-// What is not agreed on:
+// Sources disagree on:
 //   - the bit rate: 250 kbit/s for 1.8 and 3.3 kW, 500 kbit/s for 6.6 kW;
 //   - b4 of the command: 0 and 1 are certain, 2 (sleep) and b5 (1 = heating) are of newer firmware;
 //   - b4 .3 of the status: "starting", "charging disabled", or battery missing or reversed. Read here as the last;
 //   - b4 .5 of the status is set by a unit that charges, and b6 and b7 are not 0 on every unit;
-//   - b5 of the status is a temperature from -100 C on some units only: on another it would be -23 C while that
-//   charges.
-//     It is a signal for the dump alone, and the driver reports no temperature. 0, which would be -100 C, is none.
+//   - b5 of the status is a temperature from -100 C on some units only: on another one it would be -23 C while that
+//     charges. It is a signal for the dump alone, and the driver reports no temperature. 0, which would be -100 C,
+//     means none.
 // The source address of a master is F4 or F5. The daemon sends with the one of the pack file (charger/master_address);
-// a command with the other one, or with its own from elsewhere, is that of a second master.
+// a command with the other one, or with its own from another node, is that of a second master.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ inline constexpr RawName control_names[] = {{0, "charge"}, {1, "stop"}, {2, "sle
 inline constexpr RawName mode_names[] = {{0, "charging"}, {1, "heating"}};
 inline constexpr SpecialCode temperature_codes[] = {{0, Validity::not_fitted}};
 
-/// A charger without a command for so long has stopped.
+/// A charger stops after this time without a command.
 inline constexpr Duration command_life = 5s;
 
 inline constexpr SignalSpec command_signals[] = {
@@ -51,8 +51,8 @@ inline constexpr SignalSpec status_signals[] = {
 
 namespace detail {
 
-/// The address of a charger stands in the third digit pair of a command's identifier and in the last of a status's;
-/// that of the master in the last of a command's.
+/// The address of a charger is the third digit pair of a command's identifier and the last of a status's; that of the
+/// master is the last of a command's.
 consteval MessageSpec command(std::string_view name, std::uint32_t address, std::uint32_t master) {
   return {.name = name,
           .base_id = 0x1806'0000 | address << 8U | master,
@@ -87,11 +87,11 @@ inline constexpr MessageSpec status_e7 = detail::status("ELCON_STATUS_E7", 0xE7)
 inline constexpr MessageSpec status_e8 = detail::status("ELCON_STATUS_E8", 0xE8);
 inline constexpr MessageSpec status_e9 = detail::status("ELCON_STATUS_E9", 0xE9);
 
-/// By unit, 0 to 3; all have the same signals.
+/// Rows by unit, 0 to 3; all have the same signals.
 inline constexpr std::size_t unit_count_max = 4;
 using UnitRows = std::array<const MessageSpec*, unit_count_max>;
 inline constexpr UnitRows status_rows{&status_e5, &status_e7, &status_e8, &status_e9};
-/// By MasterAddress.
+/// Rows by MasterAddress.
 inline constexpr std::array<UnitRows, 2> command_rows{
     UnitRows{&command_e5, &command_e7, &command_e8, &command_e9},
     UnitRows{&command_e5_of_f5, &command_e7_of_f5, &command_e8_of_f5, &command_e9_of_f5}};

@@ -1,25 +1,25 @@
-// The modules of a BMW i3: eight of twelve cells each, 500 kbit/s, little-endian; in the place of ours, as its
-// identifiers are those of our modules. Modules count from 0 here: a command to module n is 080h + n, its answers are
-// 100h + n to 1D0h + n.
+// Modules of a BMW i3: eight of twelve cells each, 500 kbit/s, little-endian; they replace MMUs, because their
+// identifiers are those of MMUs. Modules count from 0 here: a command to module n is 080h + n, its answers are 100h + n
+// to 1D0h + n.
 //
 // Commands and most answers have a counter from 0 to 14 in b6 .7-.4 and a checksum in b7; 110h, 1C0h, 1D0h and the
-// frames that give out numbers have none. A module answers its own valid command only. Whether the counter of an answer
-// has to do with that of its command nobody says, nor how soon it can answer: which command an answer belongs to is not
-// known where one before it was not answered (ModuleTable).
+// frames that assign numbers have none. A module answers its own valid command only. No source states whether the
+// counter of an answer is related to that of its command, nor how soon a module can answer: if an earlier command was
+// not answered, it is unknown which command an answer belongs to (ModuleTable).
 //
 // A module that balances does so by itself, above the voltage of its command, and cells read low while they are bled:
-// measure while nothing balances. All cells of such a module have `flags` 10b, bled or not; which of them are bled is
-// the bitmap of 100h alone.
+// measure while no module balances. All cells of such a module have `flags` 10b, bled or not; only the bitmap of 100h
+// shows which of them are bled.
 //
-// What is not agreed on:
+// Sources disagree on:
 //   - b4 of an idle command: 20h from the car, 0 from others;
 //   - 160h: the voltage of the module, as it fits the sum of its cells in every frame checked; others call it a raw
-//     temperature, or something of balancing;
-//   - where a module without number tells its serial number: 0F0h or 4A0h. Both are rows;
+//     temperature, or a balancing value;
+//   - the identifier under which a module without number sends its serial number: 0F0h or 4A0h. Both are rows;
 //   - 0B0h: one source clears balancing and errors with it. It has neither checksum nor counter, and is never
 //     sent here;
-//   - what the errors of 100h are. Modules of later years may answer to b3 = 10h or 90h only.
-// Of 110h, 1C0h and 1D0h it is not known what they say.
+//   - the meaning of the errors of 100h. Modules of later years may answer to b3 = 10h or 90h only.
+// The meaning of 110h, 1C0h and 1D0h is unknown.
 #pragma once
 
 #include "devices/device.hpp"
@@ -30,7 +30,7 @@ namespace bmu::i3_csc {
 inline constexpr std::uint8_t node_max = 7;
 inline constexpr unsigned cells_per_module = 12;
 inline constexpr unsigned temperatures_per_module = 4;
-/// What a cell, and a sensor, can be said to have; a module that says anything else is not believed.
+/// Valid ranges of a cell voltage and of a raw temperature; any other value is rejected as out of range.
 inline constexpr std::int64_t cell_min_mV = 1;
 inline constexpr std::int64_t cell_max_mV = 5'000;
 inline constexpr std::int64_t temperature_raw_max = 160;
@@ -45,7 +45,7 @@ inline constexpr SpecialCode number_codes[] = {{0xFF, Validity::not_fitted}};
 
 namespace detail {
 
-/// b6 .7-.4; a frame with 15 is refused by the receive check.
+/// b6 .7-.4; the receive check rejects a frame with 15.
 inline constexpr SignalSpec counter = field::within(0, nibble_counter_values - 1, field::bits("counter", 6, 7, 4));
 
 consteval SignalSpec cell(std::string_view name, unsigned place) {
@@ -60,7 +60,7 @@ consteval SignalSpec cell(std::string_view name, unsigned place) {
 consteval SignalSpec temperature(std::string_view name, unsigned at) {
   return field::within(0, temperature_raw_max, field::u8(name, at, field::degrees_from(-40)));
 }
-/// What stands above the 14 bits of a cell.
+/// The two bits above the 14 bits of a cell.
 consteval SignalSpec flags(std::string_view name, unsigned place) {
   return {.name = name,
           .first_bit = static_cast<std::uint8_t>(16 * place + 14),
@@ -87,7 +87,7 @@ inline constexpr SignalSpec command_signals[] = {
     field::flag("want_voltages", 3, 4),
     field::named(field::u8("mode", 4), mode_names),
     detail::counter,
-    field::bits("start_code", 6, 3, 4),  // 4 once while the car's controller starts
+    field::bits("start_code", 6, 3, 4),  // 4 in one command while the car's controller starts
 };
 inline constexpr SignalSpec status_signals[] = {
     field::little("errors", 0, 4),
@@ -135,7 +135,7 @@ inline constexpr SignalSpec type_2_signals[] = {
     field::u8("type_code_5", 4), field::u8("type_code_6", 5), field::u8("type_code_7", 6), field::u8("type_code_8", 7)};
 inline constexpr SignalSpec assignment_signals[] = {
     field::named(field::u8("operation", 0), operation_names),
-    // Asked for (no number: who has none), confirmed or set.
+    // Queried (FFh: modules without number), confirmed or set.
     field::when(0x37, field::u8("module_number", 1, {}, number_codes), 2, 0x5B - 0x37),
     field::when(0xA1, field::u8("reset_number", 1)),
     field::when(0x12, field::named(field::u8("serial_number_half", 1), half_names)),
@@ -155,7 +155,7 @@ inline constexpr MessageSpec command{.name = "CSC_COMMAND",
                                      .meaning = "what a module is to send, and above what to bleed"};
 inline constexpr MessageSpec status = detail::answer("CSC_STATUS", 0x100, Protection::nibble_counter_crc,
                                                      status_signals, "errors, and which cells are bled");
-/// How long it is is not told.
+/// No source gives its length.
 inline constexpr MessageSpec type_1{.name = "CSC_TYPE_1",
                                     .base_id = 0x110,
                                     .node_max = node_max,
@@ -201,7 +201,7 @@ inline constexpr MessageSpec announce_2{.name = "CSC_ANNOUNCE_2",
                                         .signals = announce_signals,
                                         .meaning = "the same, to others"};
 
-/// In order; the first three signals of each are its cell voltages, the next three their flags.
+/// CSC_CELLS_1 to 4 in order; the first three signals of each are its cell voltages, the next three their flags.
 inline constexpr const MessageSpec* cells_rows[] = {&cells_1, &cells_2, &cells_3, &cells_4};
 
 inline constexpr const MessageSpec* rows[] = {&command, &status,     &type_1,  &cells_1,      &cells_2,
@@ -209,7 +209,7 @@ inline constexpr const MessageSpec* rows[] = {&command, &status,     &type_1,  &
                                               &type_3,  &assignment, &debug,   &announce,     &announce_2};
 inline constexpr Catalogue catalogue{"i3_csc", rows};
 
-/// In modules.cpp.
+/// Defined in modules.cpp.
 extern const ModuleDriver driver;
 
 inline constexpr Device device{.name = "i3_csc",

@@ -1,4 +1,4 @@
-// How the modules of an i3 are asked: each with a command of its own.
+// Driver of the modules of an i3, which polls each module with a command of its own.
 #include "devices/i3_csc/i3_csc.hpp"
 #include "devices/measured_value.hpp"
 #include "protocol/receive_check.hpp"
@@ -11,18 +11,18 @@ constexpr std::size_t cells_per_frame = 3;
 constexpr std::size_t first_temperature = signal_index(temperatures, "temperature_1_dC");
 constexpr std::size_t board_temperature = signal_index(temperatures, "board_temperature_dC");
 constexpr std::uint8_t start_rounds = 3;
-constexpr std::int64_t start_code = 4;  // with the last of them
+constexpr std::int64_t start_code = 4;  // in the last start round
 constexpr std::int64_t mode_balance = 0x08;
 constexpr std::int64_t mode_idle_car = 0x20;
-/// What is said for the target while nothing is to be bled: by the car, and by others.
+/// Target voltage of a command without bleeding: as sent by the car, and by other masters.
 constexpr std::int32_t idle_target_car_uV = 4'295'000;
 constexpr std::int32_t idle_target_others_uV = 4'200'000;
-constexpr std::int64_t flag_module_balances = 2;  // of all its cells, bled or not
+constexpr std::int64_t flag_module_balances = 2;  // set for all its cells, bled or not
 
 constexpr ModulePart cells_parts[] = {ModulePart::cells_1, ModulePart::cells_2, ModulePart::cells_3,
                                       ModulePart::cells_4};
 
-/// Its maker counts from 0.
+/// The manufacturer's number of a node, which counts from 0.
 constexpr std::uint8_t maker_number(std::uint8_t node) {
   return static_cast<std::uint8_t>(node - 1);
 }
@@ -141,7 +141,7 @@ CanFrame voltage_frame(std::uint8_t number, const ModuleMeasurements& measured) 
   return frame;
 }
 
-/// A frame that is the same in every answer.
+/// A frame with the same data in every answer.
 struct TypeFrame {
   const MessageSpec* row;
   std::array<std::uint8_t, 8> data;

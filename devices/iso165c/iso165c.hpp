@@ -1,15 +1,15 @@
-// Bender iso165C, an insulation monitor: little-endian, three frames. Its numbers of commands are decimal.
+// Bender iso165C insulation monitor: little-endian, three frames. Its command numbers are decimal.
 //
-// By its maker's manual of October 2019: 250 kbit/s is the iso165C, 500 kbit/s the iso165C-1; as delivered the error
-// threshold is 55 kOhm, the warning threshold 300 kOhm (iso165C-1: 250 and 400 kOhm), and the averaging factor 3.
+// By the manufacturer's manual of October 2019: 250 kbit/s is the iso165C, 500 kbit/s the iso165C-1; as delivered the
+// error threshold is 55 kOhm, the warning threshold 300 kOhm (iso165C-1: 250 and 400 kOhm), and the averaging factor 3.
 //
 // An iso175 has the same identifiers with eight bytes and another layout: 037h is decoded with six bytes only.
 //
-// What is not agreed on: the bit of `command_error`, b4 .4 in the maker's DBC and manual, which is taken here, b4 .3 to
-// one reader. Of answers without a signal here (status, version, temperature, maker's data) the layout is not known.
+// Sources disagree on the bit of `command_error`: b4 .4 in the manufacturer's DBC and manual, which is used here, b4 .3
+// in one reader. The layout of answers without a signal here (status, version, temperature, maker's data) is unknown.
 //
-// A voltage has to be asked for, settles over seconds and is renewed once a second; insulation and HV1 need the relays
-// of HV1 closed (command 210).
+// A voltage must be requested, settles over seconds and is updated once a second; insulation and HV1 require closed
+// relays of HV1 (command 210).
 #pragma once
 
 #include "devices/device.hpp"
@@ -49,7 +49,7 @@ inline constexpr RawName power_mode_names[] = {{0, "off"}, {1, "on"}, {2, "power
 inline constexpr RawName relay_names[] = {{0, "HV1-"}, {1, "HV1+"}};
 inline constexpr RawName bias_names[] = {{1, "HV1-"}, {2, "HV1+"}};
 inline constexpr RawName lock_names[] = {{0, "unlocked"}, {1, "locked"}, {2, "blocked by retries"}, {100, "unknown"}};
-/// The numbers from 1032 on are those from 32 on again; what tells them apart is not known.
+/// The numbers from 1032 on repeat those from 32 on; the difference between both is unknown.
 inline constexpr RawName error_names[] = {{32, "timeout"},
                                           {33, "checksum"},
                                           {34, "invalid parameter"},

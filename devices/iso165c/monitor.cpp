@@ -1,4 +1,4 @@
-// How an iso165C is read: its report of every second. Nothing is asked of it.
+// Driver of an iso165C: reads its report of every second and sends no requests.
 #include "devices/iso165c/iso165c.hpp"
 #include "protocol/receive_check.hpp"
 

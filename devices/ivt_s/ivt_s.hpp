@@ -1,24 +1,24 @@
 // Isabellenhuette IVT-S and IVT-MOD, a current and voltage sensor: its results, and the commands that configure it.
 //
-// The results that bmud listens to are those of the internal bus (protocol/tables/internal_bus.hpp), the same rows;
-// here are the others, the command and the response. Results are big-endian as delivered and little-endian where it was
+// The results that bmud uses are those of the internal bus (protocol/tables/internal_bus.hpp), the same rows; here are
+// the others, the command and the response. Results are big-endian as delivered and little-endian if the sensor was
 // configured so: two catalogues. Periods and identifiers of commands are big-endian in either case.
 //
-// A sensor is configured in three steps: stop (34h 00), configure, start (34h 01); 32h keeps it. At least 2 ms between
-// two commands. A command is acknowledged even where it is not allowed. The sensor zeroes its counters when it restarts
-// and says then that it is alive (BFh).
+// A sensor is configured in three steps: stop (34h 00), configure, start (34h 01); 32h stores the configuration. At
+// least 2 ms between two commands. A command is acknowledged even if it is not allowed. The sensor zeroes its counters
+// when it restarts and then sends alive (BFh).
 //
-// An answer to 60h to 67h is taken to be that to the command that configures the same result (A0h to A7h).
+// The answer to 60h to 67h is assumed to be that to the command that configures the same result (A0h to A7h).
 //
 // Identifiers can be moved: 10h to 17h those of the results, 1Dh that of the command, 1Fh that of the response. The
-// daemon never moves one. An example of its maker moves the current to 624h, which is a message of the traction pack to
-// its vehicle: such a sensor is not found, and on the vehicle's bus it is a second reporter.
+// daemon never moves one. An example of the manufacturer moves the current to 624h, which is a message of the traction
+// pack to its vehicle: such a sensor is not found, and on the vehicle's bus it is a second reporter.
 //
 // b1 of a result has four error bits in its upper half: each of them makes the value invalid. The data sheet of
 // November 2020 allows 1 ms as the period of I, temperature, power, charge and energy.
 //
-// What is not agreed on: the periods results have as delivered. The sign of the current is a matter of wiring, and can
-// be turned round.
+// Sources disagree on the periods of the results as delivered. The sign of the current depends on the wiring, and can
+// be inverted.
 #pragma once
 
 #include "devices/device.hpp"
@@ -75,7 +75,7 @@ inline constexpr RawName command_names[] = {{0x10, "set identifier of I"},
                                             {0x7A, "read software version"},
                                             {0x7B, "read serial number"},
                                             {0x7C, "read article number"}};
-/// Most are the command's number and 80h.
+/// Most are the command's number plus 80h.
 inline constexpr RawName response_names[] = {{0x90, "identifier of I"},
                                              {0x91, "identifier of U1"},
                                              {0x92, "identifier of U2"},
@@ -107,7 +107,8 @@ inline constexpr RawName response_names[] = {{0x90, "identifier of I"},
                                              {0xBC, "article number"},
                                              {0xBF, "alive"},
                                              {0xFF, "wrong command"}};
-/// A result, command or response that is moved there collides with the messages of the traction pack to its vehicle.
+/// A result, command or response with one of these identifiers collides with the traction pack's messages to its
+/// vehicle.
 inline constexpr RawName taken_identifier_names[] = {
     {0x620, "620h, of the traction pack"}, {0x621, "621h, of the traction pack"},
     {0x622, "622h, of the traction pack"}, {0x623, "623h, of the traction pack"},
@@ -127,7 +128,7 @@ namespace detail {
 
 inline constexpr unsigned channel_count = 8;
 
-/// The four fields that configure a result, in the command and in what answers it.
+/// The four fields that configure a result, in the command and in its answer.
 consteval SignalSpec of_configuration(unsigned first_command, SignalSpec signal) {
   return field::when(first_command, signal, channel_count);
 }
@@ -168,7 +169,7 @@ inline constexpr SignalSpec response_signals[] = {
     field::when(0xBF, field::big("alive_serial_number", 3, 4)),
 };
 
-/// What these bytes mean is known to the maker only.
+/// The meaning of these bytes is known to the manufacturer only.
 inline constexpr SignalSpec debug_signals[] = {field::big("debug_1", 0, 4), field::big("debug_2", 4, 4)};
 
 inline constexpr auto u3_signals = internal_bus::sensor_signals("voltage_3_mV", Unit::mV, 1, ByteOrder::big);
@@ -233,7 +234,7 @@ inline constexpr const MessageSpec* rows_little_endian[] = {&command,
 inline constexpr Catalogue catalogue{"ivt_s", rows};
 inline constexpr Catalogue catalogue_little_endian{"ivt_s", rows_little_endian};
 
-/// The first of each row of commands for a channel, and what is added to a command in its answer.
+/// First number of each set of commands for the channels, and the offset from a command to its answer.
 inline constexpr std::uint8_t first_set_command = 0x20;
 inline constexpr std::uint8_t first_read_command = 0x60;
 inline constexpr std::uint8_t store_command = 0x32;

@@ -1,4 +1,4 @@
-// How an IVT-S is asked for its settings and given them.
+// Driver that reads and writes the settings of an IVT-S.
 #include "devices/ivt_s/ivt_s.hpp"
 #include "protocol/receive_check.hpp"
 
@@ -18,7 +18,7 @@ void write_setting(const SensorSetting& setting, CanFrame& frame) {
   write<Message, "period_ms">(frame, setting.period_ms);
 }
 
-/// Nothing where the trigger is none of the three.
+/// None if the trigger is none of the three.
 template <const MessageSpec& Message>
 std::optional<SensorSetting> setting_in(const CanFrame& frame) {
   const std::int64_t trigger = read_raw<Message, "trigger">(frame);

@@ -1,4 +1,4 @@
-// How the current of a LEM CAB is read. It is wrong when the sensor says so in either of its two ways.
+// Driver of a LEM CAB. The current is invalid if the sensor indicates an error in either of its two fields.
 #include "devices/lem_cab/lem_cab.hpp"
 #include "protocol/receive_check.hpp"
 

@@ -5,9 +5,9 @@
 // is therefore no `pack_current_mA`.
 //
 // Sensors as delivered send eight bytes that end with CAh B5h 16h; some sources have six. Any length from six to eight
-// is accepted, and the bytes behind the fifth are not decoded. Several sensors on one bus use 3C2h to 3CAh; only 3C2h
-// is decoded. A sensor of the same name that sends 24 bits under 3C0h to 3C2h is another type. FFFFFFFFh, beyond the
-// measuring range, is a fault of the sensor. A frame whose b4 is not C8h and whose value is beyond the range is a frame
+// is accepted, and the bytes after the fifth are not decoded. Several sensors on one bus use 3C2h to 3CAh; only 3C2h is
+// decoded. A sensor of the same name that sends 24 bits under 3C0h to 3C2h is another type. FFFFFFFFh, beyond the
+// measuring range, is a fault of the sensor. A frame with a b4 other than C8h and a value beyond the range is a frame
 // of another device.
 #pragma once
 
@@ -19,9 +19,10 @@ namespace bmu::lem_cab {
 inline constexpr SpecialCode current_codes[] = {{0xFFFF'FFFF, Validity::sensor_fault}};
 inline constexpr std::int64_t raw_of_no_current = 0x8000'0000;
 inline constexpr field::Quantity offset_binary_mA{Unit::mA, 1, -raw_of_no_current};
-/// Twice what the larger of the two is named after. A bound of ours: what is beyond it no such sensor has measured.
+/// Twice the nominal current of the larger of the two. A bound chosen by this program: no such sensor measures beyond
+/// it.
 inline constexpr std::int64_t range_mA = 1'000'000;
-/// What stands in `error_information` while nothing is wrong.
+/// `error_information` without an error.
 inline constexpr std::int64_t all_well = 0x64;
 inline constexpr RawName error_names[] = {{all_well, "none"}};
 

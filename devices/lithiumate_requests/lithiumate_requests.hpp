@@ -1,10 +1,10 @@
-// Requests for single values, as Elithion's Lithiumate answers them: a request names a parameter and a number (of a
-// cell, a bank, a battery), the reply has up to four bytes. Big-endian; 125, 250, 500 kbit/s or 1 Mbit/s.
+// Requests for single values, as Elithion's Lithiumate answers them: a request has a parameter and a number (of a cell,
+// a bank, a battery), the reply has up to four bytes. Big-endian; 125, 250, 500 kbit/s or 1 Mbit/s.
 //
-// The request's identifier may be another; the reply's is always 8 above. Of these parameters only those of the maker's
-// own table are told; any other shows the bytes' number, mode and parameter. The stored fault's and the warnings' bits
-// are those of 622h (protocol/tables/vehicle_bus_elithion.hpp), where the maker's sheet and other readers differ on the
-// warnings. The unit of the time since power-up is not told.
+// The request's identifier may be another; the reply's is always 8 above. Only the parameters of the manufacturer's own
+// table are decoded; any other shows the number of bytes, mode and parameter. The bits of the stored fault and of the
+// warnings are those of 622h (protocol/tables/vehicle_bus_elithion.hpp); the manufacturer's sheet and other readers
+// differ on the warnings. No source gives the unit of the time since power-up.
 #pragma once
 
 #include "devices/device.hpp"
@@ -115,7 +115,7 @@ inline constexpr RawName output_names[] = {{0x01, "fault"},
 
 namespace detail {
 
-/// As the maker writes them: a cell's voltage from 2 V on, degrees from -128, tenths of a milliohm.
+/// As the manufacturer encodes them: a cell's voltage from 2 V on, degrees from -128, tenths of a milliohm.
 inline constexpr field::Quantity voltage{Unit::uV, 10'000, 2'000'000};
 inline constexpr field::Quantity temperature = field::degrees_from(-128);
 inline constexpr field::Quantity resistance{Unit::uOhm, 100};
@@ -126,7 +126,7 @@ inline constexpr SignalSpec parameter = field::named(field::u8("parameter", 2), 
 inline constexpr SignalSpec byte_count = field::u8("byte_count", 0);
 inline constexpr SignalSpec number = field::u8("number", 3);
 
-/// Of a bank (2Xh), a battery (3Xh) or the pack (4Xh): the parameters end alike.
+/// Signal of a bank (2Xh), a battery (3Xh) or the pack (4Xh): their parameters have the same last digit.
 consteval SignalSpec of_any(unsigned last_digit, SignalSpec signal) {
   return field::when(0x20 + last_digit, signal, 3, 0x10);
 }
@@ -153,7 +153,7 @@ inline constexpr SignalSpec reply_signals[] = {
     field::when(0x11, field::bits("cell_status_bits", 4, 7, 8, cell_status_names)),
     field::when(0x11, field::u8("cell_loads_on", 5)),
     field::when(0x14, field::u8("cell_voltage_uV", 4, detail::voltage)),
-    field::when(0x18, field::u8("cell_temperature_dC", 4, detail::temperature)),  // of boards whose load is off
+    field::when(0x18, field::u8("cell_temperature_dC", 4, detail::temperature)),  // of boards with the load off
     field::when(0x18, field::u8("cell_temperature_any_dC", 6, detail::temperature)),
     field::when(0x1B, field::u8("cell_resistance_uOhm", 4, detail::resistance)),
     detail::of_any(0x0, field::u8("first_cell", 4)),
@@ -201,7 +201,7 @@ inline constexpr SignalSpec reply_signals[] = {
     field::when(0x62, field::named(field::u8("stored_fault", 5), vehicle_bus_elithion::stored_fault_names)),
     field::when(0x62, field::bits("warning_bits", 6, 7, 8, vehicle_bus_elithion::warning_names)),
     field::when(0x63, field::named(field::u8("relays", 4), relay_names)),
-    field::when(0x64, field::u8("limit_of_255", 4), 2),  // of the largest it may be
+    field::when(0x64, field::u8("limit_of_255", 4), 2),  // in 1/255 of the maximum
     field::when(0x64, field::named(field::u8("limit_cause", 5), limit_cause_names), 2),
     field::when(0x66, field::bits("input_bits", 4, 7, 8, input_names)),
     field::when(0x67, field::bits("output_bits", 4, 7, 8, output_names)),

@@ -1,11 +1,10 @@
-// The preset for inverters of an Orion BMS: 351h, 355h, 356h and 35Ah as SMA has them, but for the voltage of 356h in
-// tenths of a volt, in captures of a pack of 292.5 V, and b4-5 of 355h in tenths of a percent. Little-endian, 500
-// kbit/s.
+// The preset for inverters of an Orion BMS: 351h, 355h, 356h and 35Ah as with SMA, except the voltage of 356h in tenths
+// of a volt, in captures of a pack of 292.5 V, and b4-5 of 355h in tenths of a percent. Little-endian, 500 kbit/s.
 //
-// Its DBC counts the current of 356h out of the battery, where captures of other makers have it into the battery; the
-// pack file may turn it round (`discharge_is_positive`). 35Bh has no row, as its layout is not known. Everything in an
-// Orion can be configured otherwise; 6B0h and its neighbours, 036h and 076h are not read: two vehicles of one team had
-// two layouts of them.
+// In its DBC the current of 356h is positive out of the battery, in captures of other manufacturers into the battery;
+// the pack file can invert it (`discharge_is_positive`). 35Bh has no row, as its layout is unknown. Everything in an
+// Orion can be configured differently; 6B0h and its neighbours, 036h and 076h are not read: two vehicles of one team
+// had two layouts of them.
 #pragma once
 
 #include "devices/device.hpp"
@@ -38,7 +37,7 @@ inline constexpr Device device{.name = "orion",
                                .title = "inverter that understands the preset of an Orion BMS",
                                .kind = DeviceKind::inverter,
                                .catalogue = &catalogue,
-                               .bit_rates = any_bit_rate,  // an Orion BMS has the one it is configured to
+                               .bit_rates = any_bit_rate,  // configurable in an Orion BMS
                                .meaning = "limits, state and alarms, in tenths of a volt and of a percent",
                                .inverter = &driver};
 

@@ -1,4 +1,4 @@
-// How the modules of an Outlander are asked: one frame for all of them.
+// Driver of the modules of an Outlander, which polls all of them with one frame.
 #include <algorithm>
 
 #include "devices/measured_value.hpp"
@@ -11,10 +11,10 @@ namespace {
 constexpr std::size_t cells_per_frame = 4;
 constexpr std::size_t first_temperature = signal_index(status, "temperature_1_dC");
 constexpr std::int64_t run_code = 3;
-/// The target of the car's master with balancing off in the first 10 s after its start, below any cell's voltage;
+/// Target of the car's master with balancing off in the first 10 s after its start, below any cell's voltage;
 /// afterwards it is the voltage of the lowest cell.
 constexpr std::int32_t start_target_uV = 2'510'000;
-/// In whole degrees, as raw 0 is of the rows.
+/// Temperature of raw 0 in the rows, in whole degrees.
 constexpr std::int32_t usual_offset_dC = -500;
 
 ModuleParts parts_of(std::uint8_t cell_count) {
@@ -24,7 +24,7 @@ ModuleParts parts_of(std::uint8_t cell_count) {
   return always | cells;
 }
 
-/// Zeros at the start, as from the car; modules keep silent then.
+/// Zeros in the start rounds, as from the car; modules do not answer them.
 CanFrame ask(const ModuleQuestion& question, std::uint32_t, const ModuleOptions&) {
   CanFrame frame = make_frame(master);
   if (question.is_start) return frame;
@@ -46,7 +46,7 @@ ModuleReport read_status(const CanFrame& frame, const ModuleOptions& options) {
   return report;
 }
 
-/// Which frame holds the cells from `block` on: the two are exchanged, or not.
+/// Frame of a block of cells, and the reverse: the options may exchange the two.
 std::size_t frame_of(std::size_t block, const ModuleOptions& options) {
   return options.swaps_cell_frames ? 1 - block : block;
 }

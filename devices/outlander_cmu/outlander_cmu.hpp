@@ -1,25 +1,24 @@
-// The modules of a Mitsubishi Outlander PHEV: ten of eight cells each, 500 kbit/s, big-endian, without counter and
-// checksum. They are silent until the master's frame is other than zeros, and answer each of it with a burst about 30
-// ms later. Who asks in the car asks every 40 ms, after four frames of zeros at the start.
+// Modules of a Mitsubishi Outlander PHEV: ten of eight cells each, 500 kbit/s, big-endian, without counter and
+// checksum. They send nothing until the master's frame is other than zeros, and answer each such frame with a burst
+// about 30 ms later. The master of the car sends it every 40 ms, after four frames of zeros at the start.
 //
 // A module's number is the third digit of its identifiers: 611h to 614h are module 1, 6B1h to 6B4h module 11. The car
 // has 1 to 5 and 7 to 11; 6 is a row here, too, as modules can be renumbered.
 //
-// Nothing in an answer says which of the master's frames it belongs to. Those 30 ms are all there is to go by: what
-// comes within half of that is late, and behind a frame that nobody answered it may be (ModuleTable).
+// An answer does not show which of the master's frames it belongs to. Those 30 ms are the only criterion: an answer
+// within half of that time is late, and after a frame that no module answered it may be (ModuleTable).
 //
 // With balancing off the car's master sends 2.510 V as the target in the first 10 s, and then the voltage of the lowest
 // cell. The daemon sends the lowest cell as soon as all cells are known.
 //
-// A module that balances does so by itself: it bleeds its cells that are above the voltage the master told, until it is
-// told not to. What it does when the master falls silent is not known.
+// A module that balances does so by itself: it bleeds its cells above the voltage that the master sends, until the
+// master disables balancing. Its behaviour without a master is unknown.
 //
-// What is not agreed on:
-//   - the temperatures: bytes from -50 C on, which is taken here; it fits frames of a car and what the car says of
-//     itself at that moment. Two readers take pairs of bytes for one number, which those frames contradict;
-//   - which of 6X2 and 6X3 has cells 1 to 4: 6X2 in all that works, the other way round in one paper;
-//   - b3 of the master's frame: 0 in the car, 4 in all others. Its bit 2 may be what lets modules be renumbered: send
-//   0.
+// Sources disagree on:
+//   - the temperatures: bytes from -50 C on, which is used here; it fits frames of a car and the values the car itself
+//     reported at that moment. Two readers take pairs of bytes as one number, which those frames contradict;
+//   - which of 6X2 and 6X3 has cells 1 to 4: 6X2 in all working implementations, 6X3 in one document;
+//   - b3 of the master's frame: 0 in the car, 4 in all others. Its bit 2 may allow modules to be renumbered: send 0.
 // The current sensor's value is in its own direction: below zero is discharge (outlander_current).
 #pragma once
 
@@ -32,13 +31,13 @@ namespace bmu::outlander_cmu {
 inline constexpr std::uint8_t node_max = 11;
 inline constexpr unsigned cells_per_module = 8;
 inline constexpr unsigned temperatures_per_module = 5;
-/// What a cell, and a sensor, can be said to have; a module that says anything else is not believed.
+/// Valid ranges of a cell voltage and of a raw temperature; any other value is rejected as out of range.
 inline constexpr std::int64_t cell_min_mV = 1;
 inline constexpr std::int64_t cell_max_mV = 5'000;
 inline constexpr std::int64_t temperature_raw_max = 170;
 
 inline constexpr SpecialCode cell_codes[] = {{0xFFFF, Validity::not_fitted}};
-inline constexpr SpecialCode temperature_codes[] = {{0xFF, Validity::not_fitted}};  // as of cells, by analogy
+inline constexpr SpecialCode temperature_codes[] = {{0xFF, Validity::not_fitted}};  // as for cells, by analogy
 inline constexpr RawName balance_names[] = {{0, "off"}, {1, "on"}};
 
 namespace detail {
@@ -57,7 +56,7 @@ inline constexpr SignalSpec master_signals[] = {
     field::flag("renumbering_allowed", 3, 2), field::u8("run_code", 4),  // 3 in all frames but the zeros of the start
 };
 inline constexpr SignalSpec status_signals[] = {
-    field::bits("balancing_cells", 0, 7, 8),    field::u8("status_code", 1),  // 30h has been seen
+    field::bits("balancing_cells", 0, 7, 8),    field::u8("status_code", 1),  // 30h was observed
     detail::temperature("temperature_1_dC", 2), detail::temperature("temperature_2_dC", 3),
     detail::temperature("temperature_3_dC", 4), detail::temperature("temperature_4_dC", 5),
     detail::temperature("temperature_5_dC", 6),
@@ -101,13 +100,13 @@ inline constexpr MessageSpec cells_1 = detail::answer("CMU_CELLS_1", 2, cells_1_
 inline constexpr MessageSpec cells_2 = detail::answer("CMU_CELLS_2", 3, cells_2_signals, "cells 5 to 8");
 inline constexpr MessageSpec cells_3 =
     detail::answer("CMU_CELLS_3", 4, cells_3_signals, "cells 9 to 12, which no module of this car has");
-/// In order; the first four signals of each are its cell voltages.
+/// CMU_CELLS_1 to 3 in order; the first four signals of each are its cell voltages.
 inline constexpr const MessageSpec* cells_rows[] = {&cells_1, &cells_2, &cells_3};
 
 inline constexpr const MessageSpec* rows[] = {&master, &lem_cab::current, &status, &cells_1, &cells_2, &cells_3};
 inline constexpr Catalogue catalogue{"outlander_cmu", rows};
 
-/// In modules.cpp.
+/// Defined in modules.cpp.
 extern const ModuleDriver driver;
 
 inline constexpr Device device{.name = "outlander_cmu",

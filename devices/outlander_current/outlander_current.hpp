@@ -1,9 +1,9 @@
-// The current sensor of a Mitsubishi Outlander PHEV in its place in the car's battery: the frame of a LEM CAB, 3C2h
-// every 10 ms with eight bytes, b4 = C8h and zeros behind it.
+// Current sensor of a Mitsubishi Outlander PHEV at its place in the car's battery: the frame of a LEM CAB, 3C2h every
+// 10 ms with eight bytes, b4 = C8h and zeros after it.
 //
-// Below zero is discharge: in a capture of the precharge the sum of the 80 cells falls by 0.43 V at a raw value of
-// -7.7 A, and the car's own message of the current agrees in sign and size. The driver turns the sign round, so that a
-// current out of the pack is positive as everywhere. A sensor that was removed and mounted the other way round needs
+// Below zero is discharge: in a capture of the precharge the sum of the 80 cells falls by 0.43 V at a raw value of -7.7
+// A, and the car's own message of the current agrees in sign and size. The driver inverts the sign, so that a current
+// out of the pack is positive as everywhere. A sensor that was removed and mounted in the opposite direction needs
 // `sensor/invert_current`.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace bmu::outlander_current {
 inline constexpr const MessageSpec* rows[] = {&lem_cab::current};
 inline constexpr Catalogue catalogue{"outlander_current", rows};
 
-/// In current_sensor.cpp.
+/// Defined in current_sensor.cpp.
 extern const CurrentSensorDriver driver;
 
 inline constexpr Device device{.name = "outlander_current",

@@ -1,5 +1,5 @@
-// How an inverter that understands Pylontech's batteries is told of one. What is not known it is not told: the paper
-// has no code for it.
+// Driver of inverters that support Pylontech's batteries. Unknown values are not sent: the document defines no code for
+// them.
 #include "devices/inverter_frames.hpp"
 #include "devices/pylontech/pylontech.hpp"
 
@@ -11,9 +11,9 @@ constexpr bool has_codes = false;
 
 enum class Frame : std::uint8_t { limits, requests, charge, measurements, alarms, name };
 constexpr std::uint8_t frame_count = 6;
-constexpr std::uint8_t urgent_count = 2;  // what is allowed follows the limits
+constexpr std::uint8_t urgent_count = 2;  // the permissions follow the limits
 
-/// Which bit of 359h stands for which alarms. The paper has no word for the rest: it is a system error.
+/// Alarms of each bit of 359h. Those for which the document has no bit are a system error.
 struct AlarmBit {
   std::size_t protection;
   std::size_t alarm;
@@ -58,7 +58,7 @@ CanFrame requests_frame(const BatteryReport& report, const InverterOptions& opti
   CanFrame frame = inverter::empty_frame(requests, options);
   write<requests, "charge_enabled">(frame, report.may_charge ? 1 : 0);
   write<requests, "discharge_enabled">(frame, report.may_discharge ? 1 : 0);
-  // Which of the two an inverter follows is its own choice.
+  // An inverter may follow either of the two.
   write<requests, "force_charge_1">(frame, report.asks_for_charge ? 1 : 0);
   write<requests, "force_charge_2">(frame, report.asks_for_charge ? 1 : 0);
   write<requests, "full_charge_request">(frame, report.asks_for_full_charge ? 1 : 0);

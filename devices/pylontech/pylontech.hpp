@@ -1,11 +1,11 @@
-// Pylontech's low-voltage protocol (version 1.2), which many inverters understand: little-endian, 500 kbit/s, every
-// frame once a second. The inverter shows once a second that it is there.
+// Pylontech's low-voltage protocol (version 1.2), which many inverters support: little-endian, 500 kbit/s, every frame
+// once a second. The inverter sends a keep-alive once a second.
 //
-// Frames are read with the bytes that have a meaning and up to eight of them: the paper does not say how long each is,
-// and senders differ. Some units fill b6-7 of 351h with the lowest voltage, which the paper does not use: it is decoded
-// and never sent. b5-6 of 359h are "PN"; LG's batteries have another alarm word under 359h, without this mark, whose
-// bits are not read. Some senders mix up bits of 359h (0Ch for too hot, which is undervoltage and overvoltage together;
-// 80h for a system error): the bits here are the paper's.
+// Frames are read with the bytes that have a meaning and up to eight of them: the document does not give their lengths,
+// and senders differ. Some units fill b6-7 of 351h with the discharge voltage limit, which the document does not use:
+// it is decoded and never sent. b5-6 of 359h are "PN"; LG's batteries have other alarm bits under 359h, without this
+// mark, which are not read. Some senders mix up bits of 359h (0Ch for too hot, which is too hot and undervoltage
+// together; 80h for a system error): the bits here are those of the document.
 #pragma once
 
 #include "devices/device.hpp"
@@ -18,11 +18,11 @@ inline constexpr SignalSpec limit_signals[] = {inverter::charge_voltage_limit, i
                                                inverter::optional_discharge_voltage_limit};
 inline constexpr SignalSpec charge_signals[] = {inverter::soc, inverter::soh};
 
-/// "PN". Without it the bits before it are those of another maker.
+/// "PN". Without it the preceding bits are those of another manufacturer.
 inline constexpr std::int64_t paper_mark = 0x50'4E;
 namespace detail {
 
-/// Exists in frames that have the mark.
+/// Signal that exists only in frames with the mark.
 consteval SignalSpec marked(SignalSpec signal) {
   return field::when(paper_mark, signal);
 }
@@ -32,7 +32,7 @@ consteval SignalSpec flag(std::string_view name, unsigned at, unsigned in_byte) 
 
 }  // namespace detail
 
-/// Protection: the battery has stopped. Alarm: it is about to.
+/// Protection: the battery has stopped. Alarm: it is about to stop.
 inline constexpr SignalSpec alarm_signals[] = {
     field::within(paper_mark, paper_mark, field::letters("mark", 5, 2)),
     detail::flag("protection_discharge_overcurrent", 0, 7),
@@ -55,7 +55,7 @@ inline constexpr SignalSpec request_signals[] =
     {
         field::flag("charge_enabled", 0, 7),      field::flag("discharge_enabled", 0, 6),
         field::flag("force_charge_1", 0, 5),      field::flag("force_charge_2", 0, 4),
-        field::flag("full_charge_request", 0, 3),  // where 97 % have not been passed for 30 days
+        field::flag("full_charge_request", 0, 3),  // if 97 % has not been exceeded for 30 days
 };
 
 inline constexpr MessageSpec limits =

@@ -1,4 +1,4 @@
-// How an SMA battery inverter is told of its battery. It alone has codes for what is not known.
+// Driver of SMA battery inverters. Only this protocol has codes for unknown values.
 #include "devices/inverter_frames.hpp"
 #include "devices/sma/sma.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view default_name = "BMUD";
 constexpr inverter::CommonRows common{&limits, &charge, &measurements, &items, &name, true, default_name};
 
-/// Type, version and maker's number have no list that is known.
+/// No list of types, versions and manufacturers' numbers is available.
 CanFrame battery_frame(const BatteryReport& report) {
   CanFrame frame = make_frame(battery);
   write<battery, "battery_type">(frame, not_known());

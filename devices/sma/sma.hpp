@@ -1,16 +1,15 @@
 // SMA's battery inverters (Sunny Island and the like): little-endian, 500 kbit/s.
 //
-// No frame may come more often than every 200 ms (another paper asks for 100 ms, against SMA's own word). A battery
-// whose 355h has been missing for 60 s makes the inverter go to standby with F952, one whose 351h has makes it warn
-// with W952. An alarm makes it stop, which may take 10 s: keep the contactors closed that long, if that is safe.
+// Frames must be at least 200 ms apart (another document requires 100 ms, contrary to SMA's own). If 355h is missing
+// for 60 s, the inverter goes to standby with F952; if 351h is missing for as long, it warns with W952. An alarm makes
+// it stop, which may take 10 s: keep the contactors closed that long, if that is safe.
 //
-// The third number of 35Fh is the capacity that is installed by SMA's word, which is what we send; batteries of BYD and
-// Pytes send the charge that is left there: 105 Ah at 67 % of 156 Ah. Nothing in the frame shows which of the two it
-// is.
+// According to SMA the third number of 35Fh is the installed capacity, which this driver sends; batteries of BYD and
+// Pytes send the remaining charge there: 105 Ah at 67 % of 156 Ah. The frame does not show which of the two it is.
 //
-// 35Bh (events) is named in the papers and its layout is not known: there is no row for it. Of 305h the types of
-// voltage and temperature are not told; they are read as those of 356h. Of 306h the order is told, and these widths are
-// what fills eight bytes.
+// 35Bh (events) is named in the documents, but its layout is unknown: there is no row for it. The types of voltage and
+// temperature in 305h are not documented; they are read as those of 356h. In 306h only the order is documented; the
+// widths here fill eight bytes.
 #pragma once
 
 #include "devices/device.hpp"
@@ -18,15 +17,15 @@
 
 namespace bmu::sma {
 
-/// Sent more often, frames are too many for it.
+/// Frames that are sent more often are too many for the inverter.
 inline constexpr Duration period_min = 200ms;
-/// Without state of charge or limits for so long it gives up.
+/// The inverter gives up after this time without state of charge or limits.
 inline constexpr Duration battery_life = 60s;
 
 enum class State : std::uint8_t { idle = 0, operating = 1, warning = 3, failure = 4 };
 inline constexpr RawName inverter_state_names[] = {{0, "idle"}, {1, "operating"}, {3, "warning"}, {4, "failure"}};
 
-/// The one number between the documented ones that is none of them.
+/// The only number between the documented ones without a meaning.
 inline constexpr SpecialCode inverter_state_codes[] = {{2, Validity::out_of_range}};
 
 inline constexpr SignalSpec battery_signals[] = {

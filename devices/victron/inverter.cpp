@@ -1,4 +1,4 @@
-// How a Victron inverter is told of its battery. What is not known it is not told: no paper has a code for it.
+// Driver of Victron inverters. Unknown values are not sent: no document defines a code for them.
 #include "devices/inverter_frames.hpp"
 #include "devices/victron/victron.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view default_name = "BMUD";
 constexpr inverter::CommonRows common{&limits, &charge, &measurements, &items, &maker, false, default_name};
 
-/// Behind the common ones.
+/// Own frames, after the common ones.
 enum class Own : std::uint8_t { name, modules, extremes, capacity };
 constexpr std::uint8_t own_count = 4;
 
@@ -48,7 +48,7 @@ std::optional<CanFrame> frame(std::size_t index, const BatteryReport& report, co
   return capacity_frame(report, options);
 }
 
-/// 307h without its mark is another device's, and no keep-alive.
+/// 307h without its mark is from another device, and no keep-alive.
 InverterWord take(const CanFrame& frame, InverterReport& /*report*/) {
   const InverterWord word = inverter::take_keep_alive(catalogue, frame);
   const bool is_gx = word == InverterWord::alive && frame.id == gx_alive.base_id;

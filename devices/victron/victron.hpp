@@ -1,11 +1,10 @@
-// Victron's inverters, as those know them who build batteries for them: SMA's frames, and some more: little-endian,
-// 500 kbit/s.
+// Victron's inverters, as documented by battery manufacturers: SMA's frames, and some more; little-endian, 500 kbit/s.
 //
-// No paper of Victron's own was seen. Of 370h to 379h only what several batteries send is told here: of 372h and 379h
-// that is the first two bytes. The temperatures of 373h are whole kelvins, and 0 C is taken for 273 of them. What the
-// inverter says in 305h to show that it is there has no meaning that is known. GX devices send 307h besides, always
-// with 12h 34h 56h 78h, "VIC" and 0: it is a keep-alive as well. Some batteries send temperatures and cell voltages
-// under 370h, which then is no text.
+// No document of Victron was available. Of 370h to 379h only the content that several batteries send is defined here:
+// in 372h and 379h the first two bytes. The temperatures of 373h are whole kelvins, and 0 C is taken as 273 K. The
+// bytes of 305h, the inverter's keep-alive, have no known meaning. GX devices also send 307h, always with 12h 34h 56h
+// 78h, "VIC" and 0: it is a keep-alive as well. Some batteries send temperatures and cell voltages under 370h, which
+// then is no text.
 #pragma once
 
 #include "devices/device.hpp"

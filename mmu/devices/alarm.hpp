@@ -1,15 +1,15 @@
-// The alarm output of a unit: a contact in the enable loop of the power distribution unit, driven by the unit's own
-// protection without any frame. It opens the contactors of a pack whose master hangs and still sends "close".
+// Alarm output of a module: a contact in the enable loop of the power distribution unit, driven by the module's own
+// protection without any frame. It opens the contactors of a pack when the master hangs and still sends "close".
 //
 //   opens for      a cell that failed its overvoltage limit (protection.hpp), cells that are too hot (below), thermal
-//                  shutdown of the front end; and while the unit measures nothing: asleep, without power, or
-//                  without a voltage of any cell for 254 ms, as its front end is not received
-//   not for        undervoltage. A pack that is empty must be rechargeable, and a charger needs the same contactors;
-//                  the master and the contactors' watchdog are what protects cells from discharge
+//                  shutdown of the front end; and while the module does not measure: asleep, without power, or
+//                  without a voltage of any cell for 254 ms, because its front end is not received
+//   not for        undervoltage. An empty pack must be rechargeable, and a charger needs the same contactors; the
+//                  master and the contactors' watchdog protect cells from discharge
 //
 // Too hot is a cell sensor at or above the limit in `samples_to_fail` samples in a row, one each 500 ms. No command
-// changes that limit: whoever fits the unit sets it. A sensor that is not readable keeps its count. A failure lasts
-// until COMMAND clear faults, which starts the count again. Constant time; no errors.
+// changes that limit: it is set when the module is installed. A sensor that is not readable keeps its count. A failure
+// lasts until COMMAND clear faults, which starts the count again. Constant time; no errors.
 #pragma once
 
 #include <array>

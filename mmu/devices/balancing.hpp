@@ -1,10 +1,10 @@
-// The switches of a module and how long each stays on: minutes commanded for each cell (MMU_CB), or rounds of one
-// minute on the module's own account (MMU_AB), counted down from the mark at which they begin.
+// Switches of a module and their remaining times: minutes commanded for each cell (MMU_CB), or rounds of one minute
+// started by the module itself (MMU_AB), counted down from the mark at which they begin.
 //
 // Switches go on at the marks of a 1 s schedule and off at once. A cell starts when its commanded minutes change: the
-// same number said again while it runs does not prolong anything. When the time is over the number falls back to 0, so
-// the same number is then a change again. Heat pauses: the switch is off, and the time goes on. So minutes end when
-// they are over since they began, and an order never comes to life long after whoever gave it has forgotten it.
+// same number sent again while it runs does not extend the time. When the time is over the number falls back to 0, so
+// that the same number is then a change again. Heat pauses: the switch is off, and the time continues. Minutes
+// therefore end at a fixed time after their start, and a command never takes effect long after it was sent.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ class Balancing {
       if (minutes[cell] == 0) end(cell);
     }
   }
-  /// A round of these cells, which have no time left: nobody commanded it, so any commanded minutes are a change.
+  /// Starts a round of these cells, which have no time left. A round is no command: any commanded minutes are a change.
   constexpr void start_round(CellMask cells) {
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
       if (has_cell(cells, cell)) time_left_[cell] = round;
@@ -54,7 +54,7 @@ class Balancing {
       end(cell);
     }
   }
-  /// Once a tick.
+  /// Once per tick.
   constexpr void update(TimePoint now, bool is_paused) {
     const Duration passed = now - updated_at_;
     updated_at_ = now;
@@ -72,9 +72,9 @@ class Balancing {
   }
 
   [[nodiscard]] constexpr CellMask switches() const { return switches_; }
-  /// What runs is a round.
+  /// Whether a round is running.
   [[nodiscard]] constexpr bool is_round() const { return is_round_; }
-  /// Time is left for some cell, its switch on or paused.
+  /// Whether some cell has time left, with its switch on or paused.
   [[nodiscard]] constexpr bool has_work() const { return waiting() != 0; }
   [[nodiscard]] constexpr Duration longest_time_left() const {
     return *std::max_element(time_left_.begin(), time_left_.end());
@@ -95,9 +95,9 @@ class Balancing {
 
   Minutes commanded_minutes_{};
   std::array<Duration, mmu_cells_max> time_left_{};
-  CellMask running_ = 0;   // their time goes on
+  CellMask running_ = 0;   // their time elapses
   CellMask switches_ = 0;  // of those, not paused
-  bool is_round_ = false;  // what runs was started by start_round
+  bool is_round_ = false;  // the running times were started by start_round
   Periodic switching_;
   TimePoint updated_at_;
 };

@@ -1,11 +1,11 @@
-// Whether bleeding does anything: a cell that stands above the lowest of its module because it holds more comes down
-// when it is bled; one that only seems to (a channel that is stuck or off) does not, and would be emptied by one round
-// after another with nobody there to see it.
+// Detects bleeding without effect: a cell that is above the lowest of its module because it holds more charge comes
+// down when it is bled; one that only reads high (a channel that is stuck or off) does not, and would be emptied by one
+// round after another without supervision.
 //
-// Before each round a cell's surplus over the lowest, at rest, is held against the least surplus it ever had. Progress
-// is a millivolt less than that; a cell with ten rounds behind it and no progress is not worth an eleventh. So a module
-// left alone ends: ten rounds for each millivolt of surplus at most. A large cell, of which ten minutes take less than
-// a millivolt, is left to a master that knows its charge.
+// Before each round a cell's surplus over the lowest, at rest, is compared with its surplus at the last progress.
+// Progress is a millivolt less than that; a cell with ten rounds since then and no progress gets no eleventh. Balancing
+// of a module without master therefore ends: after at most ten rounds for each millivolt of surplus. A large cell,
+// which loses less than a millivolt in ten minutes, is left to a master that can determine its charge.
 #pragma once
 
 #include <algorithm>
@@ -21,11 +21,11 @@ class BleedingProgress {
   static constexpr std::int32_t progress_uV = 1'000;
   static constexpr std::uint8_t rounds_max = 10;
 
-  /// Cells that bleeding has not brought down in its last rounds.
+  /// Cells that bleeding did not bring down in its last rounds.
   [[nodiscard]] constexpr CellMask hopeless() const { return hopeless_; }
 
-  /// A round of these cells is about to begin; `at_rest` is what was measured with all switches off. Returns those of
-  /// them that are worth it.
+  /// Before a round of these cells; `at_rest` was measured with all switches off. Returns those of them that bleeding
+  /// may bring down.
   constexpr CellMask begin_round(CellMask cells, const CellReading& at_rest) {
     std::int32_t lowest_uV = INT32_MAX;
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {

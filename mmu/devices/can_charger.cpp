@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// From this much of its voltage below it on a charger gives less.
+/// A charger reduces its current from this share of its voltage below it on.
 constexpr double fade_share = 0.002;
 
 }  // namespace

@@ -1,6 +1,5 @@
-// An emulated insulation monitor that tells its values over a bus, in whatever protocol: a report of what the script
-// and the plant say, every so often. Switched off it says nothing; a test of itself takes as long as the script lets
-// it.
+// Emulated insulation monitor on a bus, in any protocol: a periodic report of the values of the script and the plant.
+// Switched off it sends nothing; a self-test takes as long as the script keeps it running.
 #pragma once
 
 #include <cmath>
@@ -18,7 +17,7 @@ enum class SelfTest : std::uint8_t { done, pending, running };
 
 class CanInsulation {
  public:
-  /// `driver` null: there is none. `threshold_kOhm`: below it says that the insulation is low.
+  /// `driver` null: no monitor. `threshold_kOhm`: below it the monitor reports low insulation.
   CanInsulation(const InsulationDriver* driver, double threshold_kOhm, TimePoint started_at)
       : driver_(driver),
         threshold_kOhm_(threshold_kOhm),

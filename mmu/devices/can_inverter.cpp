@@ -7,10 +7,10 @@ namespace bmu {
 
 namespace {
 
-/// From this much of its voltage before it on it takes or gives less.
+/// The inverter reduces its current from this share of a voltage limit before it on.
 constexpr double fade_share = 0.005;
 
-/// 1 far from the voltage, 0 at it and beyond.
+/// 1 far from the voltage limit, 0 at it and beyond.
 double share_left(double left_V, double limit_V) {
   return limit_V > 0.0 ? std::clamp(left_V / (limit_V * fade_share), 0.0, 1.0) : 1.0;
 }

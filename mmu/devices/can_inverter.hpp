@@ -1,9 +1,10 @@
-// An emulated inverter that is told of its battery over a bus, in whatever protocol: what it is told, what it takes and
-// gives, and what it says of it.
+// Emulated inverter that receives the data of its battery over a bus, in any protocol: the received data, its current,
+// and its reports.
 //
-// What it is told holds for as long as its protocol says; then, and before the first word, nothing may flow. It follows
-// what it is told as a real one does, not at once, and fades towards the voltages that it is told. One that stops at an
-// alarm does so while one is raised. It has a supply of its own: it talks, whether or not the pack is closed.
+// Received limits are valid for the timeout of the protocol; afterwards, and before the first ones, no current is
+// allowed. The current follows the limits as that of a real one does, not at once, and fades towards the voltage
+// limits. An inverter that stops at an alarm does so while one is raised. It has a supply of its own: it sends whether
+// or not the pack is closed.
 #pragma once
 
 #include "devices/inverter.hpp"
@@ -14,30 +15,30 @@ namespace bmu {
 
 class CanInverter {
  public:
-  /// From nothing to all in seconds; less is allowed and it follows faster.
+  /// From zero to full current in seconds; it follows lower limits faster.
   static constexpr double rise_A_per_s = 20.0;
   static constexpr double fall_A_per_s = 200.0;
 
-  /// `driver` null: there is none.
+  /// `driver` null: no inverter.
   CanInverter(const InverterDriver* driver, TimePoint started_at) : driver_(driver), word_at_(started_at) {}
 
   [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
-  /// Null if there is none.
+  /// Null without inverter.
   [[nodiscard]] const InverterDriver* driver() const { return driver_; }
-  /// Any frame on its bus.
+  /// Handles any frame on its bus.
   void observe(const CanFrame& frame, TimePoint now);
-  /// One step that ends at `now`: what it takes, positive out of the pack.
+  /// One step that ends at `now`; returns the current, positive out of the pack.
   [[nodiscard]] double step(TimePoint now, double link_V);
-  /// What it has to say now, if anything.
+  /// The frames that are due, if any.
   [[nodiscard]] InverterFrames words(TimePoint now, double link_V);
   [[nodiscard]] double current_A() const { return current_A_; }
-  /// What it was told last, whether or not that still holds.
+  /// Last received report, whether or not it is still valid.
   [[nodiscard]] const BatteryReport& told() const { return told_; }
 
-  // What a script does to it.
+  // Set by a script.
   double demand_A = 0.0;  // positive out of the pack
   bool obeys = true;
-  bool is_silent = false;  // and goes on working
+  bool is_silent = false;  // but continues to work
   bool has_failed = false;
 
  private:

@@ -7,12 +7,12 @@ namespace bmu {
 namespace {
 
 constexpr std::uint8_t counter_values = 15;  // where there is a counter: 0 to 14
-/// Modules do not measure at the same moment.
+/// Modules do not measure at the same instant.
 constexpr Duration sampling_shift = 7ms;
 
 constexpr ModuleParts cells_parts = bit_of(ModulePart::cells_1) | bit_of(ModulePart::cells_2) |
                                     bit_of(ModulePart::cells_3) | bit_of(ModulePart::cells_4);
-/// In the order of OmittedFrames; what stands for our MODULE is the voltage of the stack, for IDENT nothing.
+/// In the order of OmittedFrames; the counterpart of MODULE is the voltage of the stack, IDENT has none.
 constexpr std::array<ModuleParts, 6> parts_of_groups{
     0, bit_of(ModulePart::status), cells_parts, bit_of(ModulePart::temperatures), bit_of(ModulePart::voltage), 0};
 
@@ -20,7 +20,7 @@ constexpr ModuleParts parts_in(OmittedFrames group) {
   return parts_of_groups[static_cast<std::size_t>(group)];
 }
 
-/// Those that are asked each for itself do not wait for each other.
+/// Modules that are polled one by one do not wait for each other.
 Duration delay_at(const CanModuleConfig& config, std::size_t place) {
   const ModuleDriver& driver = *config.driver;
   const Duration answer_length = config.frame_spacing * driver.frames_per_answer;
@@ -103,7 +103,7 @@ void CanModule::answer(const ModuleQuestion& question, const ModuleWireFaults& f
   }
 }
 
-/// The switches as they stand, which it reads back.
+/// Updates the content of answers; the switches are read back as they are.
 void CanModule::refresh_words(const ModuleWireFaults& faults) {
   said_ = sample_;
   said_.bleeding_cells = faults.balancing_cells.value_or(bleeding_);

@@ -12,7 +12,7 @@ using namespace lithiumate_requests;
 constexpr std::uint8_t read_mode = 0x10;
 constexpr std::uint8_t clear_mode = 0x14;
 constexpr std::uint8_t faults_parameter = 0x62;
-/// How many bytes follow the first.
+/// Number of bytes after the first.
 constexpr std::uint8_t bytes_asked = 3;
 
 }  // namespace

@@ -1,5 +1,6 @@
-// What in the vehicle asks the master for data as a Lithiumate is asked (devices/lithiumate_requests): a display, a
-// laptop. It asks when the script says so, once; the answers are on the bus for whoever listens.
+// Emulated device in the vehicle, such as a display or a laptop, that requests data from the master as from a
+// Lithiumate (devices/lithiumate_requests). It sends one request for each command of the script; any node can receive
+// the answers.
 #pragma once
 
 #include <array>
@@ -15,16 +16,16 @@ class CanRequester {
  public:
   static constexpr std::size_t waiting_max = 16;
 
-  /// `request_id` 0: the master is not asked.
+  /// `request_id` 0: no requests.
   explicit CanRequester(std::uint32_t request_id) : request_id_(request_id) {}
 
   [[nodiscard]] std::uint32_t request_id() const { return request_id_; }
-  /// By the index in request_words. What does not fit any more is not asked.
+  /// Queues a request, by its index in request_words. Dropped if the queue is full.
   void ask(std::size_t word);
-  /// What is asked now, one question after the other.
+  /// The next request, or none.
   [[nodiscard]] std::optional<CanFrame> take();
 
-  std::uint8_t number = 0;  // of the cell, bank or battery that it asks about
+  std::uint8_t number = 0;  // of the requested cell, bank or battery
 
  private:
   std::uint32_t request_id_;

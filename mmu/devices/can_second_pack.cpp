@@ -20,7 +20,7 @@ constexpr std::string_view name = "SECOND  ";
 constexpr std::string_view version = "EMULATED";
 static_assert(name.size() == 8 && version.size() == 8);
 
-/// What a state is in each dialect: a number in the first two, bits in `elithion`.
+/// Encoding of a state in each dialect: a number in the first two, bits in `elithion`.
 struct StateRow {
   SecondPackState state;
   std::uint8_t iha;
@@ -39,7 +39,7 @@ constexpr std::array<StateRow, second_pack_state_count> states{{
 }};
 static_assert(rows_are_in_order(states, &StateRow::state));
 
-/// All that the signals are made of.
+/// Inputs of all signals.
 struct Telling {
   const CanSecondPack& pack;
   const StateRow& state;
@@ -65,7 +65,7 @@ SignalValue limit(const Telling& told) {
 /// Below this a current is "neither charging nor discharging".
 constexpr double flowing_A = 0.2;
 
-/// What it has to say of a signal. The names are the same in all dialects.
+/// Value of a signal. The names are the same in all dialects.
 struct ValueRow {
   std::string_view signal;
   SignalValue (*value)(const Telling&);
@@ -98,7 +98,7 @@ SignalValue state_number(VehicleDialect dialect, const StateRow& state) {
   return known(dialect == VehicleDialect::iha ? state.iha : state.original);
 }
 
-/// Of what has no code for "not known", trouble codes and flags, it has none.
+/// Unknown; 0 (none) for signals without such a code: trouble codes and flags.
 SignalValue without_row(const SignalSpec& signal) {
   return signal.special.empty() ? known(0) : not_known();
 }

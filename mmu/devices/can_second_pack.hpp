@@ -1,8 +1,8 @@
-// The master of an emulated pack beside this one: it tells the vehicle of its pack with the nine traction-pack
-// messages, at the identifiers and in the dialect that the pack file expects of it (`second_pack`).
+// Master of an emulated second pack: it reports its pack to the vehicle with the nine traction-pack messages, at the
+// identifiers and in the dialect that the pack file expects of it (`second_pack`).
 //
-// What it tells is what the script says; no current of it flows anywhere. It says of its own cells what follows from
-// that, and of what does not follow (health, energies, resistances, the limits of a closed pack) that it is not known.
+// A script sets its values; no current of it flows anywhere. Values of its cells are derived from these, and values
+// that cannot be derived (health, energies, resistances, the limits of a closed pack) are sent as unknown.
 #pragma once
 
 #include <cstddef>
@@ -21,22 +21,22 @@ inline constexpr std::size_t second_pack_state_count = 5;
 
 class CanSecondPack {
  public:
-  /// As our own master: each message once a second, 10 ms after the one before.
+  /// As this program: each message once a second, 10 ms after the previous one.
   static constexpr Duration period = 1s;
   static constexpr Duration spacing = 10ms;
 
-  /// It has so many cells, 1 at least. `config.base_id` 0: there is none.
+  /// Precondition: `cell_count` is at least 1. `config.base_id` 0: no second pack.
   CanSecondPack(const SecondPackConfig& config, std::size_t cell_count, TimePoint started_at)
       : config_(config), cell_count_(cell_count), started_at_(started_at), due_at_(started_at + period) {}
 
   [[nodiscard]] const SecondPackConfig& config() const { return config_; }
   [[nodiscard]] std::size_t cell_count() const { return cell_count_; }
   [[nodiscard]] bool is_there() const { return config_.base_id != 0; }
-  /// The message that is due, if any; called every millisecond. `rest_mV`: of its pack, as long as the script names no
-  /// voltage.
+  /// The message that is due, if any; called every millisecond. `rest_mV`: voltage of its pack unless the script sets
+  /// one.
   [[nodiscard]] std::optional<CanFrame> tick(TimePoint now, double rest_mV);
 
-  // What a script has it say.
+  // Set by a script.
   SecondPackState state = SecondPackState::open;
   double soc_permille = 500.0;
   bool knows_soc = true;

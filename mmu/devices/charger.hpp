@@ -1,9 +1,9 @@
-// The controller of the emulated charger: how much of what it is set to it delivers.
+// Controller of the emulated charger: the share of its set output that it delivers.
 //
-// It listens to the vehicle's bus for the charge limit in PACK_CURRENT, which comes once a second and is 0 when
-// charging is forbidden, and never gives more. Silence for longer than `limit_life` is no permission, as with a real
-// charger. One that has never heard a report is not on the vehicle's bus, or there is no master: it is set by hand and
-// knows no limit.
+// It receives the charge limit in PACK_CURRENT on the vehicle's bus, which is sent once a second and is 0 when charging
+// is forbidden, and never exceeds it. Without a report for longer than `limit_life` charging is not permitted, as with
+// a real charger. A charger that never received a report is not on the vehicle's bus, or there is no master: it is set
+// by hand and has no limit.
 #pragma once
 
 #include <optional>
@@ -23,7 +23,7 @@ class ChargerControl {
   explicit ChargerControl(std::uint16_t report_base_id)
       : limit_id_(report_base_id + std::uint32_t{vehicle_bus::pack_current.base_id - vehicle_bus::default_base_id}) {}
 
-  /// Any frame on the vehicle's bus. A limit that is not known is none.
+  /// Handles any frame on the vehicle's bus. An unknown limit counts as 0.
   void observe(const CanFrame& frame, TimePoint now) {
     const bool is_limit = frame.id == limit_id_ && frame.length == vehicle_bus::pack_current.length &&
                           !frame.is_extended && !frame.is_remote && !frame.is_error;
@@ -33,7 +33,7 @@ class ChargerControl {
     heard_at_ = now;
   }
 
-  /// Not more than this; nothing: it has never heard of a limit.
+  /// Maximum output; none: no limit was ever received.
   [[nodiscard]] std::optional<double> limit_A(TimePoint now) const {
     if (!limit_A_) return std::nullopt;
     return now - heard_at_ <= limit_life ? limit_A_ : 0.0;

@@ -1,5 +1,5 @@
-// A contactor as a mechanism: a coil, contacts that follow it after a while, an auxiliary contact that tells, and the
-// ways in which such things break.
+// Mechanical model of a contactor: a coil, contacts that follow it with a delay, an auxiliary contact, and the faults
+// of these.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ inline constexpr std::size_t contactor_count = 4;
 inline constexpr std::array<std::string_view, contactor_count> contactor_names{"main_positive", "main_negative",
                                                                                "precharge", "charge"};
 
-/// One flag a contactor: coils driven, or contacts closed.
+/// One flag per contactor: coils driven, or contacts closed.
 using ContactorFlags = std::array<bool, contactor_count>;
 
 enum class ContactorFault : std::uint8_t {
   none,
-  welded,      // closed, whatever the coil does
+  welded,      // closed, regardless of the coil
   stuck_open,  // never closes: coil burnt out, wire off
 };
 enum class AuxiliaryContact : std::uint8_t { follows, stays_open, stays_closed };
@@ -48,7 +48,7 @@ class Contactor {
   [[nodiscard]] constexpr bool is_closed() const {
     return fault_ == ContactorFault::welded || (is_armature_closed_ && fault_ != ContactorFault::stuck_open);
   }
-  /// What the auxiliary contact says; mirror contacts of a welded contactor stay closed with it.
+  /// State of the auxiliary contact; mirror contacts of a welded contactor stay closed with it.
   [[nodiscard]] constexpr bool feedback() const {
     return auxiliary_ == AuxiliaryContact::follows ? is_closed() : auxiliary_ == AuxiliaryContact::stays_closed;
   }

@@ -22,7 +22,7 @@ constexpr std::array<ChannelRows, sensor_channel_count> channel_rows{{
 }};
 constexpr ChannelRows second_current_rows{&internal_bus::sensor_current_2, &internal_bus::sensor_current_2_le};
 
-// Every result row has its signals in the same places.
+// Every result row has its signals at the same positions.
 constexpr std::size_t value_signal = 0;
 constexpr std::size_t system_error_signal = signal_index(internal_bus::sensor_current, "system_error");
 constexpr std::size_t any_error_signal = signal_index(internal_bus::sensor_current, "any_measurement_error");

@@ -4,10 +4,10 @@
 //   tick(now, measurements)   every 1 ms or so; returns the results that are due. Current is the mean since the last
 //                             result, as the sensor's integrating converter gives it; voltages are momentary.
 //
-// A second sensor beside the first is another device of this kind that measures the same current and sends that alone,
-// at an identifier of its own.
+// A second sensor is another device of this kind that measures the same current and sends only that, at an identifier
+// of its own.
 //
-// Charge and energy counters count from power-up and are sent only where a period is set, as in a sensor from stock.
+// Charge and energy counters count from power-up and are sent only if a period is set, as in a sensor as delivered.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ inline constexpr std::size_t sensor_channel_count = 5;
 inline constexpr std::array<std::string_view, sensor_channel_count> sensor_channel_names{
     "current", "pack_voltage", "link_voltage", "charge", "energy"};
 
-/// As the sensor numbers its results where it is configured.
+/// Number of a result in the commands that configure the sensor.
 [[nodiscard]] constexpr std::size_t set_up_channel(SensorChannel channel) {
   constexpr std::array<std::size_t, sensor_channel_count> channels{0, 1, 2, 6, 7};
   return channels[static_cast<std::size_t>(channel)];
@@ -46,7 +46,7 @@ struct SensorMeasurements {
   std::int32_t current_mA = 0;  // positive leaves the pack
   std::int32_t pack_mV = 0;
   std::int32_t link_mV = 0;
-  std::array<bool, sensor_channel_count> has_error{};  // this result is out of range or not trustworthy
+  std::array<bool, sensor_channel_count> has_error{};  // this result is out of range or unreliable
   bool has_system_error = false;
   bool has_overcurrent = false;
 };
@@ -57,9 +57,9 @@ class CurrentSensor {
  public:
   CurrentSensor(const CurrentSensorConfig& config, TimePoint powered_at, SensorPlace place = SensorPlace::first);
 
-  /// From now on a result is sent in this byte order and this often (0: not), its sign turned round or not.
+  /// Sets byte order, sign and period (0: not sent) of a result from now on.
   void configure(SensorChannel channel, bool is_little_endian, bool is_inverted, Duration period, TimePoint now);
-  /// Results come more often than every `step`.
+  /// Whether a result has a period shorter than `step`.
   [[nodiscard]] bool is_faster_than(Duration step) const;
   [[nodiscard]] SensorFrames tick(TimePoint now, const SensorMeasurements& measured);
 

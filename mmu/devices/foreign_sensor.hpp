@@ -1,4 +1,4 @@
-// An emulated current sensor with frames of its own, in whatever protocol: the current of the moment, every so often.
+// Emulated current sensor with frames of its own, in any protocol: the present current, periodically.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@ namespace bmu {
 
 class ForeignSensor {
  public:
-  /// `driver` null: there is none. `counts_charging`: it is mounted so that a current into the pack is positive, as the
-  /// pack file's `invert_current` has it.
+  /// `driver` null: no sensor. `counts_charging`: it is mounted so that a current into the pack is positive, as for the
+  /// pack file's `invert_current`.
   ForeignSensor(const CurrentSensorDriver* driver, TimePoint started_at, bool counts_charging = false)
       : driver_(driver),
         due_(started_at + period(), driver != nullptr ? period() : Duration{1}),
@@ -20,7 +20,7 @@ class ForeignSensor {
 
   [[nodiscard]] bool is_there() const { return driver_ != nullptr; }
   [[nodiscard]] const CurrentSensorDriver* driver() const { return driver_; }
-  /// What is due, if anything; of a stuck one the value that was told before.
+  /// The frame that is due, if any; a stuck sensor repeats its last value.
   [[nodiscard]] std::optional<CanFrame> tick(TimePoint now, const SensorMeasurements& measured, bool is_stuck) {
     if (!is_there() || !due_.take(now)) return std::nullopt;
     if (!is_stuck) told_mA_ = counts_charging_ ? -measured.current_mA : measured.current_mA;

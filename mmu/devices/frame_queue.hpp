@@ -1,5 +1,5 @@
-// Frames on their way to the bus, each with the time at which it leaves, in the order in which they were put in. What
-// finds no room is lost.
+// Queue of frames to be sent, each with its send time, in the order of their insertion. Frames beyond the capacity are
+// lost.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ class FrameQueue {
     queue_[(first_ + count_) % Capacity] = {leaves_at, frame};
     ++count_;
   }
-  /// The next one whose time has come; until there is none.
+  /// The next frame, if it is due.
   [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) {
     if (count_ == 0 || queue_[first_].leaves_at > now) return std::nullopt;
     const CanFrame frame = queue_[first_].frame;

@@ -54,7 +54,7 @@ constexpr std::optional<Words> unpacked(const GroupBytes& bytes) {
 }
 static_assert(unpacked(packed({1, 0x1234, 0xFFFF})) == Words{1, 0x1234, 0xFFFF});
 
-/// FFFF is kept for "no conversion".
+/// FFFF is reserved for "no conversion".
 constexpr std::uint16_t word_of(std::int64_t value, std::int32_t step) {
   const std::int64_t steps = divide_to_nearest(value, step);
   return static_cast<std::uint16_t>(std::clamp<std::int64_t>(steps, 0, no_conversion - 1));
@@ -89,7 +89,7 @@ void put_sensors(FrontEndTransfer& transfer, RegisterGroup first, const std::arr
   groups[1] = packed({sensor_word(sensor_Ohm[3]), reference_raw, no_conversion});
 }
 
-// --- the unit -------------------------------------------------------------------------------------------------------
+// --- the module ------------------------------------------------------------------------------------------------------
 
 void take_cells(const Words& words, std::size_t first, FrontEndReading& reading) {
   for (std::size_t word = 0; word < words_per_group; ++word) {
@@ -133,7 +133,7 @@ FrontEndTransfer convert(const FrontEndInputs& inputs, TransferWanted wanted) {
   return transfer;
 }
 
-/// The wrong bits are drawn without putting back: of those still right, the n-th.
+/// The wrong bits are drawn without replacement: the n-th of those that are still right.
 void damage(GroupBytes& group, unsigned bits, RandomSource& random) {
   constexpr unsigned bits_in_group = 64;
   std::uint64_t wrong = 0;

@@ -1,7 +1,7 @@
-// Which cells of a module stand above its lowest one, for balancing on the module's own account (MMU_IMB): each 100 ms
-// average taken wholly at rest, with no switch on, is a check; a cell more than 5 mV above the lowest in more than 50
-// checks in a row counts as imbalanced. Current through a switch pulls its cell and its wires: what is seen then is no
-// imbalance, so a switch that goes on ends all counts, and everything is looked at anew when all are off.
+// Detects cells of a module above its lowest one, for autonomous balancing (MMU_IMB): each 100 ms average taken
+// completely at rest, with no switch on, is a check; a cell more than 5 mV above the lowest in more than 50 checks in a
+// row counts as imbalanced. The current through a switch shifts the voltage of its cell and its wires, which is no
+// imbalance, so a switch that goes on resets all counts, and the checks start again when all are off.
 //
 //   switches   ____________________|~~~~~~~~~~~~~~~ 1 min ~~~~~~~~~~|____________________
 //   checks     1 2 3 ... 50 51 -> balance                             1 2 3 ...
@@ -20,14 +20,14 @@ class ImbalanceWatch {
   static constexpr std::int32_t tolerance_uV = 5'000;
   static constexpr std::uint8_t checks_tolerated = 50;
 
-  /// Once a tick: whether any switch is on.
+  /// Called once per tick; `is_any_on`: whether any switch is on.
   constexpr void note_switches(bool is_any_on) {
     if (!is_any_on) return;
     *this = {};
     is_window_at_rest_ = false;
   }
-  /// An average is complete; `reading` holds the cells that were renewed by it. A cell without a new voltage keeps its
-  /// count. A window that brought nothing is a look all the same: who waits for a decision does not wait for ever.
+  /// Called when an average is complete; `reading` holds the cells that it renewed. A cell without a new voltage keeps
+  /// its count. A window without any voltage counts as a check nevertheless, so that a decision is reached in any case.
   constexpr void check(const CellReading& reading) {
     const bool was_at_rest = is_window_at_rest_;
     is_window_at_rest_ = true;
@@ -51,7 +51,7 @@ class ImbalanceWatch {
     }
     return mask;
   }
-  /// Long enough at rest for every imbalance to have counted.
+  /// Whether the rest was long enough for every imbalance to be counted.
   [[nodiscard]] constexpr bool is_decided() const { return checks_ > checks_tolerated; }
 
  private:
@@ -61,7 +61,7 @@ class ImbalanceWatch {
 
   std::array<std::uint8_t, mmu_cells_max> flagged_{};
   std::uint8_t checks_ = 0;
-  bool is_window_at_rest_ = false;  // the first window may have begun under a switch
+  bool is_window_at_rest_ = false;  // the first window may have started with a switch on
 };
 
 }  // namespace bmu

@@ -1,14 +1,14 @@
-// The insulation monitor beside the PDU: an IR155 with its two outputs, the pulse-width signal and the status line, as
-// the PDU's inputs see them.
+// Insulation monitor connected to the PDU: an IR155 with its two outputs, the pulse-width signal and the status line,
+// as the PDU's inputs see them.
 //
 //   power-on         at the start, and when it was off ("no signal"): 2 s of speed start, good or bad, without a value;
-//                    then the value of the moment. A real one needs up to 17.5 s to its first value and up to 20 s to
+//                    then the present value. A real one needs up to 17.5 s to its first value and up to 20 s to
 //                    follow a change.
-//   status line      high while the insulation is at or above the response value, in normal measurement and by a good
-//                    speed start; low in every other state. No document tells its level in the first 2 s for certain.
-//   signal lost      the PDU's input goes on with the last period and the time since its last edge.
+//   status line      high while the insulation is at or above the response value, in normal measurement and in a good
+//                    speed start; low in every other state. No document defines its level in the first 2 s for certain.
+//   signal lost      the PDU's input keeps the last period and the time since its last edge.
 //
-// Plain data that a script writes to, and one step each millisecond.
+// Plain data that a script sets, and one step each millisecond.
 #pragma once
 
 #include <cmath>
@@ -28,7 +28,7 @@ class InsulationUnit {
       : powered_at_(powered_at), response_kOhm_(response_kOhm), edge_at_(powered_at) {}
 
   double resistance_kOhm = 1200.0;
-  std::optional<double> frequency_Hz;  // what the signal is instead, whatever the monitor wants to say
+  std::optional<double> frequency_Hz;  // of the signal instead of the monitor's own
   std::optional<double> duty_permille;
   SignalWire wire = SignalWire::closed;
 

@@ -14,9 +14,9 @@ constexpr Duration master_silence_max = 1s;
 constexpr Duration wake_up_time = 50ms;
 constexpr Duration listening_time = 1s;
 constexpr Duration announcement_spacing = 10ms;
-// Long enough to answer the command and for the master to see the mode in a STATUS it had already asked for.
+// Long enough to answer the command and for the master to receive the mode in a STATUS that it had already polled.
 constexpr Duration falling_asleep_time = 10ms;
-// What the front end can measure: a limit above this could never be exceeded.
+// Range of the front end: a limit above this could never be exceeded.
 constexpr std::int32_t limit_max_uV = 5'000'000;
 // End of the thermistor's table.
 constexpr std::int64_t board_temperature_limit_max_dC = 1'250;
@@ -24,10 +24,10 @@ constexpr std::int32_t board_hysteresis_dC = 50;
 // A board heated by its own resistors cools within minutes; one that does not is heated by something else.
 constexpr Duration cooling_time_max = 10min;
 constexpr Duration temperature_age_max = 3 * internal_bus::temperature_sampling_period;
-constexpr Duration age_max = 254ms;  // the largest STATUS can say
+constexpr Duration age_max = 254ms;  // the largest that STATUS can carry
 
-/// A sensor that is there and cannot be read is told as open: the protocol has no word for "not known", and "not
-/// fitted" would be no reason to look.
+/// A fitted sensor that cannot be read is sent as open: the protocol has no code for "unknown", and "not fitted" would
+/// not indicate a fault.
 constexpr SignalValue as_told(const SignalValue& thermistor) {
   return thermistor.validity == Validity::unknown ? not_known(Validity::open_circuit) : thermistor;
 }
@@ -52,7 +52,7 @@ void Mmu::restart(TimePoint now) {
   counts_ = counts;
 }
 
-// --- what comes in --------------------------------------------------------------------------------------------------
+// --- reception -------------------------------------------------------------------------------------------------------
 
 void Mmu::observe(const CanFrame& frame, TimePoint now) {
   if (mode_ == UnitMode::unpowered) return;
@@ -65,14 +65,14 @@ void Mmu::observe(const CanFrame& frame, TimePoint now) {
       frame.id == internal_bus::poll.base_id || frame.id == command_id || frame.id == command_id + config_.node;
   listens_until_ = now + listening_time;
   if (!concerns_us) return;
-  // What could not be answered is not done either: it is lost, and the master says it again.
+  // A command is not executed if its response has no room: it is lost, and the master sends it again.
   if (frame.id == command_id + config_.node && responses_.size() == responses_max) {
     ++counts_.commands_lost;
     return;
   }
   const CheckedFrame checked = check_.check(frame);
   if (!checked.is_accepted) return;
-  is_listening_ = false;  // a master is there
+  is_listening_ = false;  // a master is present
   if (checked.message == &internal_bus::poll) {
     observe_poll(frame, now);
   } else {
@@ -80,9 +80,9 @@ void Mmu::observe(const CanFrame& frame, TimePoint now) {
   }
 }
 
-/// Sleep keeps limits, node number and failures; it is no restart. It says once who it is. Nobody sleeps again before
-/// the bus has been silent for longer than the last of them takes for that: else their IDENTs would wake each other for
-/// ever.
+/// Sleep keeps limits, node number and failures; it is no restart. The module sends IDENT once. A module sleeps again
+/// only after the bus has been silent for longer than the last module takes to send its IDENT: otherwise the IDENTs
+/// would wake the modules permanently.
 void Mmu::wake(TimePoint now) {
   mode_ = UnitMode::starting;
   has_voltages_ = false;
@@ -104,7 +104,7 @@ void Mmu::wake(TimePoint now) {
   check_.forget_counters();
 }
 
-/// It makes an autonomous unit normal at once: what the master says next is for a unit that obeys.
+/// Makes an autonomous module normal at once, so that it follows the master's next command.
 void Mmu::observe_poll(const CanFrame& frame, TimePoint now) {
   polled_at_ = now;
   if (mode_ == UnitMode::autonomous) update_mode(now);
@@ -132,8 +132,8 @@ std::uint16_t Mmu::parts_wanted(const CanFrame& poll) const {
       wanted(read_raw<internal_bus::poll, "want_ident">(poll) != 0, 1U << Part::ident));
 }
 
-/// With SYNC the latest single sample: at most one sampling period old, and the one being taken when the POLL arrives
-/// could not be waited for, since the answer must start within 2 ms. Voltages whose age can no longer be said are not
+/// With SYNC the latest single sample, which is at most one sampling period old: the answer must start within 2 ms, too
+/// soon for the sample that is being taken when the POLL arrives. Voltages with an age that STATUS cannot carry are not
 /// sent as voltages.
 CellReading Mmu::snapshot(bool is_sync, TimePoint now) const {
   const CellReading& reading = is_sync ? sampler_.latest() : sampler_.average();
@@ -147,7 +147,7 @@ void Mmu::observe_command(const CanFrame& frame, std::uint8_t node, TimePoint no
   const Response response{.operation = static_cast<std::uint8_t>(read_raw<internal_bus::command, "operation">(frame)),
                           .counter = static_cast<std::uint8_t>(read_raw<internal_bus::command, "counter">(frame)),
                           .result = result};
-  responses_.push_back(response);  // observe() has seen to the room
+  responses_.push_back(response);  // observe() has checked the capacity
 }
 
 // --- commands -------------------------------------------------------------------------------------------------------
@@ -190,8 +190,8 @@ CommandResult Mmu::set_limits(const CanFrame& frame, TimePoint /*now*/) {
   return CommandResult::done;
 }
 
-/// Refused as a whole if any cell's minutes are: 6, time for a cell that is not there, for one that has failed, or for
-/// one that cannot be bled, since it or its board is not seen.
+/// Refused completely if the minutes of any cell are: 6, time for a missing cell, for one that has failed, or for one
+/// that cannot be bled because it or its board is not measured.
 CommandResult Mmu::balance(const CanFrame& frame, TimePoint now) {
   if (mode_ != UnitMode::normal || is_sleep_ordered_) return CommandResult::refused_in_this_mode;
   constexpr std::size_t first = signal_index(internal_bus::command, "balancing_time_1_s");
@@ -229,7 +229,7 @@ CommandResult Mmu::set_node(const CanFrame& frame, TimePoint now) {
   const bool is_meant = read_raw<internal_bus::command, "serial_number">(frame) == config_.serial_number;
   if (!is_meant || node < 1 || node > internal_bus::node_count_max) return CommandResult::bad_argument;
   config_.node = static_cast<std::uint8_t>(node);
-  answer_ = {};  // an answer under way belongs to the old number
+  answer_ = {};  // an answer in progress belongs to the old number
   announces_at_ = now + announcement_spacing * config_.node;
   is_announcement_due_ = true;
   return CommandResult::done;
@@ -296,7 +296,7 @@ void Mmu::note_diagnosis(TimePoint now, const DiagnosisReading& diagnosis) {
   front_end_faults_.thermal_shutdown = front_end_faults_.thermal_shutdown || diagnosis.faults->thermal_shutdown;
 }
 
-/// A cell between an open wire and its neighbour reads whatever the wire drifts to: it has no voltage.
+/// A cell next to an open wire reads any voltage that the wire drifts to: it counts as not measured.
 void Mmu::note_cells(TimePoint now, const FrontEndReading& reading) {
   const unsigned at_open_wire = open_wires_ | (static_cast<unsigned>(open_wires_) << 1U);
   const auto trusted = static_cast<CellMask>(first_cells(config_.cell_count) & ~at_open_wire);
@@ -326,7 +326,7 @@ void Mmu::note_sensors(TimePoint now, const std::optional<ThermistorReadings>& r
   }
 }
 
-/// Hot it stays while it cannot be seen: nothing has cooled because a wire came off.
+/// A hot board remains hot while it cannot be measured: a broken wire is no sign of cooling.
 void Mmu::judge_board(TimePoint now) {
   const auto& sensors = board_sensors_.temperature_dC;
   const std::int32_t threshold_dC = board_temperature_limit_dC_ - (is_board_too_hot_ ? board_hysteresis_dC : 0);
@@ -342,7 +342,7 @@ void Mmu::judge_board(TimePoint now) {
 
 // --- supply, balancing, mode ----------------------------------------------------------------------------------------
 
-/// Nothing was alive in the meantime: what comes back is a unit that starts.
+/// The module was without power in the meantime: it starts again.
 void Mmu::wait_for_power(TimePoint now, const FrontEndTransfer& transfer) {
   if (!sampling_.take(now)) return;
   const FrontEndReading reading = read(transfer);
@@ -363,7 +363,7 @@ bool Mmu::is_diagnosis_known(TimePoint now) const {
   return diagnosis_read_at_ && now - *diagnosis_read_at_ <= age_max;
 }
 
-/// A front end that is not heard has not passed.
+/// A front end without current data has not passed.
 bool Mmu::is_self_test_passed(TimePoint now) const {
   return is_self_test_ok_ && is_diagnosis_known(now) && is_supply_known(now);
 }
@@ -373,13 +373,13 @@ bool Mmu::is_alarm_given(TimePoint now) const {
   return !measures || protection_.overvoltage() != 0 || heat_.has_failed() || front_end_faults_.thermal_shutdown;
 }
 
-/// Whose voltage could be told now.
+/// Cells with a voltage that could be sent now.
 CellMask Mmu::measured_cells(TimePoint now) const {
   const CellReading& latest = sampler_.latest();
   return static_cast<CellMask>(latest.measured & latest.taken_since(now - age_max));
 }
 
-/// Who may be bled: one that is measured, by a front end that works.
+/// Cells that may be bled: those that are measured, by a front end that passed its self-test.
 CellMask Mmu::bleedable_cells(TimePoint now) const {
   return is_self_test_passed(now) ? measured_cells(now) : CellMask{0};
 }
@@ -394,8 +394,8 @@ CellMask Mmu::worth_a_round(TimePoint now) const {
                                ~progress_.hopeless());
 }
 
-/// What the module's own energy is well spent on: time left, a look at rest that is not finished, or cells that wait
-/// for the board to cool.
+/// Reasons to use the module's own energy: time left, checks at rest that are not finished, or cells that wait for the
+/// board to cool.
 bool Mmu::has_balancing_to_do(TimePoint now) const {
   const bool is_too_hot_for_long = is_board_too_hot_ && now - board_hot_since_ >= cooling_time_max;
   if (!is_board_known_ || is_too_hot_for_long) return false;
@@ -420,7 +420,7 @@ void Mmu::update_balancing(TimePoint now) {
   imbalance_.note_switches(balancing_.switches() != 0);
 }
 
-/// It is quiet when nothing is left to send: its own last frame must not wake it.
+/// The module is quiet when nothing is left to send: its own last frame must not wake it.
 void Mmu::update_mode(TimePoint now) {
   const bool has_told_all = answer_.left == 0 && responses_.empty();
   const UnitMode next = next_mode(mode_, {.has_voltages = has_voltages_,
@@ -433,7 +433,7 @@ void Mmu::update_mode(TimePoint now) {
   if (next != mode_) enter(next, now);
 }
 
-/// On its own a unit trusts only what it has seen on its own: the look at rest and the book of rounds begin anew.
+/// An autonomous module uses only its own observations: the checks at rest and the progress of rounds start again.
 void Mmu::enter(UnitMode mode, TimePoint now) {
   if (mode_ == UnitMode::autonomous) balancing_.stop_round();
   mode_ = mode;
@@ -447,7 +447,7 @@ void Mmu::enter(UnitMode mode, TimePoint now) {
   is_announcement_due_ = false;
 }
 
-// --- what goes out --------------------------------------------------------------------------------------------------
+// --- transmission ----------------------------------------------------------------------------------------------------
 
 void Mmu::send_responses(MmuFrames& out) {
   for (const Response& response : responses_) {
@@ -504,7 +504,7 @@ CanFrame Mmu::make_part(std::uint8_t part, TimePoint now) {
   return frame;
 }
 
-/// The two "since the last STATUS" flags are told once.
+/// The two "since the last STATUS" flags are sent once.
 CanFrame Mmu::make_status(TimePoint now) {
   const bool has_sensor_fault =
       std::any_of(cell_sensors_.temperature_dC.begin(), cell_sensors_.temperature_dC.end(), is_unreadable) ||
@@ -566,7 +566,7 @@ CanFrame Mmu::make_temp_2() const {
   return frame;
 }
 
-/// A fault that was found is reported until it is cleared, whatever the front end does meanwhile.
+/// A fault that was detected is reported until it is cleared, regardless of later data of the front end.
 CanFrame Mmu::make_module(TimePoint now) const {
   const bool has_front_end_fault = front_end_faults_.supply_low || front_end_faults_.thermal_shutdown;
   const bool has_report = reports_front_end_faults_ && is_diagnosis_known(now);

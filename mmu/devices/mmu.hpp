@@ -1,38 +1,38 @@
-// One module management unit: up to 12 series cells, their temperatures, their balancing switches, and the conversation
-// with the master. It is the other side of the bus protocol, written from it alone, and small enough for a
-// microcontroller: no I/O, clock, heap, thread or exception (about 1.5 kB of state).
+// One module management unit (MMU): up to 12 series cells, their temperatures, their balancing switches, and the
+// communication with the master. It implements the module's side of the bus protocol, from the protocol alone, and is
+// small enough for a microcontroller: no I/O, clock, heap, thread or exception (about 1.5 kB of state).
 //
-//   observe(frame, now)          at once, for every frame on the bus. Asleep, any frame wakes; it then says who it is,
-//                                listens, and sleeps again when the bus has been silent for 1 s, unless a valid POLL
-//                                or COMMAND shows that a master is there.
-//   wants(now)                   what the next tick reads from the front end; most ticks nothing
+//   observe(frame, now)          at once, for every frame on the bus. Asleep, any frame wakes it; it then sends IDENT,
+//                                stays awake, and sleeps again when the bus has been silent for 1 s, unless a valid
+//                                POLL or COMMAND shows that a master is present.
+//   wants(now)                   scope of the next tick's transfer from the front end; nothing in most ticks
 //   tick(now, transfer)          every 1 ms or so. A second holds 100 transfers of the cells and supplies, 10 checks of
-//                                limits and imbalance, 2 samples of temperatures, 1 balancing setting. Returns what is
-//                                to be sent now, in order. `transfer` is looked at only when it is wanted.
+//                                limits and imbalance, 2 samples of temperatures, 1 balancing setting. Returns the
+//                                frames to be sent now, in order. `transfer` is read only if wants() requested it.
 //
-// An answer starts with the first tick after its POLL and goes on at one frame per `frame_spacing`; the voltages in it
-// are one snapshot taken when the POLL arrived, the age in STATUS is that at transmission, of the oldest of them. The
-// next POLL for this module cancels what has not been sent, even if it wants nothing.
+// An answer starts with the first tick after its POLL and continues at one frame per `frame_spacing`; the voltages in
+// it are one snapshot taken when the POLL arrived, the age in STATUS is that at transmission, of the oldest of them.
+// The next POLL for this module cancels the frames that have not been sent, even if it requests nothing.
 //
-// Front-end data comes with a checksum for each group (front_end.hpp). A group that was damaged is dropped, STATUS says
-// so, and what it would have renewed ages: voltages for as long as their age can be told, thermistors, which are read
-// again with the next transfer, for three of their periods. Then they are unknown, and a sensor that cannot be read is
-// told as open. Diagnosis and supplies, the stack's voltage among them, age like voltages: the stack's is then sent as
-// unknown, a front end that is not heard has failed its self-test, and an external supply that is not seen is low.
+// Front-end data has a checksum for each group (front_end.hpp). A damaged group is dropped and indicated in STATUS, and
+// the values that it would have renewed age: voltages up to the largest age that STATUS can carry, thermistors, which
+// are read again with the next transfer, up to three of their periods. Then they are unknown, and a sensor that cannot
+// be read is sent as open. Diagnosis and supplies, including the stack's voltage, age like voltages: the stack's is
+// then sent as unknown, a front end without data has failed its self-test, and an external supply without data is low.
 //
-// What the front end reports of itself, undervoltage of its supply and thermal shutdown, is kept until COMMAND clear
-// faults, so that neither is missed between two POLLs; MODULE carries it, beside whether the front end reports such
-// faults at all. The alarm output (alarm.hpp) is no frame: is_alarm_given().
+// Faults that the front end reports of itself, undervoltage of its supply and thermal shutdown, are latched until
+// COMMAND clear faults, so that neither is missed between two POLLs; MODULE carries them, and whether the front end
+// reports such faults at all. The alarm output (alarm.hpp) is no frame: is_alarm_given().
 //
-// Supplies, modes, protection, imbalance and balancing have a header each; here is what joins them. Only what is
-// measured is bled: a cell without a voltage (an open wire, data that does not come) is switched off, all are when the
-// self-test fails, and minutes for such a cell are answered with "hardware fault". Balancing pauses while a board
-// sensor is above its limit (from there to 5 K below it), and also while any fitted one is open, shorted or unknown:
-// nobody would see its resistors burn; then new minutes are a hardware fault, too. A board that was hot stays so until
-// its sensors are seen. On its own a unit waits at most 10 minutes for a hot board to cool, and gives up on a cell that
-// bleeding does not bring down (bleeding_progress.hpp). A cell that has failed is not balanced, above its limit
-// neither: its measurement may be what failed, and what is too full is the master's to end. With an undervoltage cell
-// in it, a module is not balanced on the unit's own account at all: it would be emptied to that cell.
+// Supplies, modes, protection, imbalance and balancing have a header each; this class combines them. Only measured
+// cells are bled: a cell without a voltage (an open wire, missing data) is switched off, all are when the self-test
+// fails, and minutes for such a cell are answered with "hardware fault". Balancing pauses while a board sensor is above
+// its limit (from there to 5 K below it), and also while any fitted one is open, shorted or unknown, because burning
+// resistors would not be detected; then new minutes are a hardware fault, too. A board that was hot remains so until
+// its sensors are measured. An autonomous module waits at most 10 minutes for a hot board to cool, and stops bleeding a
+// cell that bleeding does not bring down (bleeding_progress.hpp). A cell that has failed is not balanced, not even
+// above its limit: its measurement may be the failure, and only the master ends an overcharge. A module with an
+// undervoltage cell is not balanced autonomously at all: it would be discharged to that cell.
 #pragma once
 
 #include <array>
@@ -61,14 +61,14 @@ struct MmuConfig {
   std::uint8_t node = 1;  // 1 to 63; the master can change it (set node number), then it stays changed
   std::uint8_t cell_count = 12;
   std::uint8_t temperature_sensor_count = 4;
-  std::uint8_t board_sensor_count = 4;  // none: its resistors cannot overheat, by their design
+  std::uint8_t board_sensor_count = 4;  // 0: its resistors cannot overheat, by their design
   ThermistorCurve thermistor_curve = ThermistorCurve::table;
   std::uint32_t serial_number = 0;
-  std::int32_t alarm_temperature_dC = 800;  // of a cell sensor, from which on the alarm output opens
+  std::int32_t alarm_temperature_dC = 800;  // of a cell sensor at which the alarm output opens
   Duration frame_spacing = 250us;           // one frame of 8 bytes at 500 kbit/s
 };
 
-/// Room for everything one tick can send: an answer of nine frames, one IDENT, the queued responses.
+/// Capacity for everything one tick can send: an answer of nine frames, one IDENT, the queued responses.
 using MmuFrames = FixedVector<CanFrame, 16>;
 
 struct MmuCounts {
@@ -76,7 +76,7 @@ struct MmuCounts {
   std::uint64_t answers_cut_short = 0;  // by a new POLL
   std::uint64_t commands_done = 0;
   std::uint64_t commands_refused = 0;  // with a RESPONSE, or silently when they were for all
-  std::uint64_t commands_lost = 0;     // no room for a RESPONSE: not looked at, as if the bus had lost them
+  std::uint64_t commands_lost = 0;     // no room for a RESPONSE: ignored, as if the bus had lost them
   std::uint64_t damaged_groups = 0;    // of the front end
 };
 
@@ -89,23 +89,23 @@ class Mmu {
   [[nodiscard]] TransferWanted wants(TimePoint now) const;
   [[nodiscard]] MmuFrames tick(TimePoint now, const FrontEndTransfer& transfer);
 
-  /// Power lost and back: everything forgotten except what a module keeps for good (node and serial number).
+  /// Restart after a loss of power: keeps only counts and permanent data (node and serial number).
   void restart(TimePoint now);
 
-  /// The thermistors this unit takes its own for, from the next sample on: another firmware.
+  /// Sets the thermistor curve that the module assumes from the next sample on, as another firmware would.
   void set_thermistor_curve(ThermistorCurve curve) { config_.thermistor_curve = curve; }
 
-  /// It has been asked, and has not yet sent all of its answer.
+  /// Whether it was polled or commanded and has not sent all of its answer yet.
   [[nodiscard]] bool is_answering() const { return answer_.left != 0 || !responses_.empty(); }
   [[nodiscard]] bool is_asleep() const { return mode_ == UnitMode::asleep; }
-  /// Frames of any sender matter to it: they wake it, or keep it awake. Otherwise only those of a master do.
+  /// Whether frames of any sender affect it: they wake it, or keep it awake. Otherwise only those of a master do.
   [[nodiscard]] bool hears_traffic() const { return is_asleep() || is_listening_; }
   [[nodiscard]] UnitMode mode() const { return mode_; }
   [[nodiscard]] SupplyInUse supply() const { return supply_.in_use(); }
   [[nodiscard]] std::uint8_t node() const { return config_.node; }
-  /// Switches that are on now: what the cells really feel.
+  /// Switches that are on now: the actual load of the cells.
   [[nodiscard]] CellMask balancing_cells() const { return balancing_.switches(); }
-  /// The contact of the alarm output is open (alarm.hpp).
+  /// Whether the contact of the alarm output is open (alarm.hpp).
   [[nodiscard]] bool is_alarm_given(TimePoint now) const;
   [[nodiscard]] const CellLimits& limits() const { return protection_.limits(); }
   [[nodiscard]] bool is_autonomous_balancing_allowed() const { return autonomous_balancing_allowed_; }
@@ -138,7 +138,7 @@ class Mmu {
   [[nodiscard]] std::uint16_t parts_wanted(const CanFrame& poll) const;
   [[nodiscard]] CellReading snapshot(bool is_sync, TimePoint now) const;
 
-  // The operations of COMMAND; `row` of the table in mmu.cpp. Each does all of it or nothing.
+  // The operations of COMMAND, by their code. Each is executed completely or not at all.
   using Operation = internal_bus::CommandResult (Mmu::*)(const CanFrame&, TimePoint);
   static const std::array<Operation, 8> operations;
   internal_bus::CommandResult execute(const CanFrame& frame, std::uint8_t node, TimePoint now);
@@ -153,7 +153,7 @@ class Mmu {
   struct Sensors {
     std::array<SignalValue, 4> temperature_dC{};
     TimePoint taken_at{};
-    bool is_missing = false;  // was wanted and came damaged: wanted again
+    bool is_missing = false;  // was requested and arrived damaged: requested again
   };
 
   void measure(TimePoint now, const FrontEndTransfer& transfer);
@@ -194,13 +194,13 @@ class Mmu {
 
   UnitMode mode_ = UnitMode::starting;
   bool has_voltages_ = false;  // since it started or woke
-  bool is_listening_ = false;  // woken by traffic, no master heard yet
+  bool is_listening_ = false;  // woken by traffic, no master received yet
   bool is_sleep_ordered_ = false;
   TimePoint listens_until_{};
   bool autonomous_balancing_allowed_ = false;
   TimePoint answers_from_;  // after waking, POLLs are answered from here on
   TimePoint sleeps_at_{};   // while going to sleep
-  TimePoint polled_at_;     // the latest valid POLL, to whomever: the master lives
+  TimePoint polled_at_;     // the latest valid POLL, to any module: a master is present
 
   Periodic sampling_;
   Periodic temperatures_;
@@ -209,9 +209,9 @@ class Mmu {
   CellHeatWatch heat_;
   SupplyMonitor supply_;
   ImbalanceWatch imbalance_;
-  BleedingProgress progress_;  // while on its own
+  BleedingProgress progress_;  // while autonomous
   Balancing balancing_;
-  RoundBound round_bound_;  // of a round on its own account
+  RoundBound round_bound_;  // of an autonomous round
   Sensors cell_sensors_;
   Sensors board_sensors_;
   std::int32_t board_temperature_limit_dC_ = 850;

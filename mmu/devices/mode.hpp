@@ -1,4 +1,4 @@
-// What a unit is doing, and what makes it do something else.
+// Operating mode of a module, and its transitions.
 //
 //   asleep --traffic--> starting --first average--> normal <------- master or external supply ------- autonomous
 //      ^                                              |  \                                              /  |
@@ -7,10 +7,10 @@
 //
 //   any awake one --no supply left--> unpowered, which ends with a supply, as a restart
 //
-// Normal: the master commands what is balanced; on either supply, since a module that the master polls is needed more
-// than the energy it takes. Autonomous (MMU_A): on module supply and without a master it finishes what was commanded,
-// then balances on its own if it was allowed to, and sleeps when there is nothing more to do. Asleep, only traffic on
-// the bus counts, which the unit turns into `starting`.
+// Normal: the master commands the balancing; on either supply, since a module that the master polls is worth the energy
+// it takes. Autonomous (MMU_A): on module supply and without a master it finishes the commanded balancing, then
+// balances autonomously if this is permitted, and sleeps when there is nothing more to do. Asleep, only traffic on the
+// bus has an effect: the module changes to `starting`.
 #pragma once
 
 #include <array>
@@ -28,9 +28,9 @@ struct UnitModeInputs {
   bool has_voltages = false;  // since it started or woke
   bool is_master_alive = false;
   SupplyInUse supply = SupplyInUse::external;
-  bool has_listened_in_vain = false;  // woken by traffic, and no master came
+  bool has_listened_in_vain = false;  // woken by traffic, and no master until the timeout
   bool is_sleep_ordered = false;
-  bool is_quiet = false;  // told what it had to tell, and time enough for that has passed
+  bool is_quiet = false;  // everything was sent, and enough time for that has elapsed
   bool has_balancing_to_do = false;
 };
 
@@ -58,11 +58,11 @@ struct UnitModeInputs {
   return mode;
 }
 
-/// In the words of STATUS, in the order of the enumerators.
+/// Names as in STATUS, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 6> unit_mode_names{"starting",       "normal", "autonomous",
                                                                  "going_to_sleep", "asleep", "unpowered"};
 
-/// As STATUS says it; asleep and unpowered, nothing is said.
+/// Mode as in STATUS; asleep and unpowered, no STATUS is sent.
 [[nodiscard]] constexpr internal_bus::Mode on_the_wire(UnitMode mode) {
   const bool is_awake = mode < UnitMode::asleep;
   return is_awake ? static_cast<internal_bus::Mode>(mode) : internal_bus::Mode::going_to_sleep;

@@ -27,7 +27,7 @@ constexpr OmittedFrames group_of(std::size_t kind) {
   return OmittedFrames::nothing;
 }
 
-/// What it says of itself.
+/// Changes the module's description of itself.
 void change_identity(std::size_t kind, const ModuleWireFaults& faults, CanFrame& frame) {
   if (kind == kind_of(internal_bus::status) && faults.cell_count) {
     write<internal_bus::status, "cell_count">(frame, *faults.cell_count);
@@ -41,7 +41,7 @@ void change_identity(std::size_t kind, const ModuleWireFaults& faults, CanFrame&
   if (faults.serial_number) write<internal_bus::ident, "serial_number">(frame, *faults.serial_number);
 }
 
-/// What it reads back of its switches.
+/// Changes the state of the switches that the module reads back.
 void change_switches(std::size_t kind, CellMask on, CanFrame& frame) {
   if (kind == kind_of(internal_bus::status)) write<internal_bus::status, "balancing">(frame, on != 0);
   if (kind == kind_of(internal_bus::module)) write<internal_bus::module, "balancing_cells">(frame, on);

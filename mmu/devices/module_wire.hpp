@@ -1,11 +1,11 @@
-// Between a module unit and the bus: what a broken transmitter, a wrong firmware or a wrongly set up unit makes of the
-// frames of a unit that itself is healthy.
+// Fault injection between a module and the bus: changes the frames of a healthy module as a defective transmitter, a
+// wrong firmware or a wrongly configured module would.
 //
-//   push(frames, faults, now)   what the unit sends now, changed as the faults say
-//   pop(now)                    the next frame whose time has come, or nothing; until it says nothing
+//   push(frames, faults, now)   the frames that the module sends now, changed by the faults
+//   pop(now)                    the next frame that is due, or none; repeated until none
 //
-// Checksums are right whatever else is wrong, except where the fault is the checksum. Pure; room for `frames_max`
-// frames on their way, which a delay of half a second and a POLL every 50 ms do not fill; what finds no room is lost.
+// Checksums are right regardless of other faults, unless the checksum is the fault. Pure; capacity for `frames_max`
+// pending frames, which a delay of half a second and a POLL every 50 ms do not fill; frames beyond it are lost.
 #pragma once
 
 #include <array>
@@ -17,23 +17,23 @@
 
 namespace bmu {
 
-/// Which frames of an answer a module leaves out.
+/// Frames of an answer that a module omits.
 enum class OmittedFrames : std::uint8_t { nothing, status, cells, temperatures, module, ident };
 
 struct ModuleWireFaults {
   bool is_silent = false;
   bool has_damaged_frames = false;  // wrong checksum
-  bool is_stuck = false;            // data bytes of each kind of frame for ever as they were last
-  bool has_frozen_counter = false;  // for ever the counter that was sent last
-  bool is_replaying = false;        // both: old answers, whole
+  bool is_stuck = false;            // data bytes of each kind of frame remain as they were last
+  bool has_frozen_counter = false;  // the counter remains as it was sent last
+  bool is_replaying = false;        // both: complete old answers
   OmittedFrames omitted = OmittedFrames::nothing;
-  std::optional<std::uint8_t> node;  // in its identifiers; it goes on listening to its own
+  std::optional<std::uint8_t> node;  // in its identifiers; it still receives requests to its own
   std::optional<std::uint8_t> cell_count;
   std::optional<std::uint8_t> temperature_sensor_count;
   std::optional<std::uint8_t> protocol_version;
   std::optional<std::uint32_t> serial_number;
-  CellMask undervoltage_flags = 0;          // set in STATUS whatever the unit has found
-  std::optional<CellMask> balancing_cells;  // switches as they stand, where they do not do what the unit wants
+  CellMask undervoltage_flags = 0;          // set in STATUS regardless of the measurements
+  std::optional<CellMask> balancing_cells;  // actual switches, if they do not follow the module
   Duration delay{};
 };
 
@@ -43,7 +43,7 @@ class ModuleWire {
 
   void push(const MmuFrames& frames, const ModuleWireFaults& faults, TimePoint now);
   [[nodiscard]] std::optional<CanFrame> pop(TimePoint now) { return queue_.pop(now); }
-  /// Frames are on their way.
+  /// Whether frames are pending.
   [[nodiscard]] bool is_sending() const { return !queue_.is_empty(); }
 
  private:
@@ -51,7 +51,7 @@ class ModuleWire {
     FrameBytes data{};
     bool exists = false;
   };
-  static constexpr std::size_t kinds = 16;  // an identifier is a kind, times 64, and a node
+  static constexpr std::size_t kinds = 16;  // identifier = kind * 64 + node
 
   [[nodiscard]] CanFrame changed(CanFrame frame, const ModuleWireFaults& faults);
   void change_answer(std::size_t kind, const ModuleWireFaults& faults, CanFrame& frame);

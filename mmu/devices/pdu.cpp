@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// One row a state, in the order of ir155::State.
+/// One row per state, in the order of ir155::State.
 constexpr std::array<InsulationMonitor, 9> told_states{
     InsulationMonitor::no_signal,    InsulationMonitor::no_signal,   InsulationMonitor::normal,
     InsulationMonitor::undervoltage, InsulationMonitor::speed_start, InsulationMonitor::speed_start,
@@ -72,7 +72,7 @@ CanFrame Pdu::make_temperature(const SignalValue& intake_air_dC) {
   return frame;
 }
 
-/// Nothing driven, nothing to open: a unit that idles without a master says nothing about time-outs.
+/// Without a driven output there is nothing to open: an idle PDU without a master reports no timeout.
 void Pdu::open_if_expired(TimePoint now) {
   if (!outputs_.any() || now < expires_at_) return;
   outputs_ = {};

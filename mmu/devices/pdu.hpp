@@ -1,23 +1,23 @@
-// The power distribution unit: drives the contactors as commanded, and opens them on its own when the commands stop.
+// Power distribution unit (PDU): drives the contactors as commanded, and opens them by itself when the commands stop.
 //
-//   observe(frame, now)       a CONTACTOR_COMMAND that passes every check drives the outputs at once and buys them
-//                             200 ms; one that fails any check, or repeats a counter, changes nothing and buys nothing.
-//   tick(now, measurements)   every 1 ms or so: opens what was not renewed, and returns PDU_STATUS every 50 ms, and at
-//                             once when a contact, an output, an input or the insulation monitor's state has changed.
-//                             PDU_TEMPERATURE, of a unit with a sensor in the intake air, comes once a second.
-//                             Insulation resistance and throttle alone wait for their period: they never stand still.
+//   observe(frame, now)       a CONTACTOR_COMMAND that passes every check drives the outputs at once and is valid for
+//                             200 ms; one that fails any check, or repeats a counter, changes nothing and extends
+//                             nothing.
+//   tick(now, measurements)   every 1 ms or so: opens outputs with an expired command, and returns PDU_STATUS every
+//                             50 ms, and at once when a contact, an output, an input or the insulation monitor's state
+//                             has changed. A PDU with a sensor in the intake air sends PDU_TEMPERATURE once a second.
+//                             Insulation resistance and throttle alone wait for their period: they change continuously.
 //
 // The insulation monitor's status line is an input like the others; its pulse-width signal is read by protocol/ir155.
-// PDU_STATUS has one code for speed start, good or bad, and none for a signal without meaning: that is told as no
-// signal.
+// PDU_STATUS has one code for speed start, good or bad, and none for an undefined signal, which is sent as no signal.
 //
-// The alarm outputs of the modules (alarm.hpp) are in the enable loop of the contactors: while that is open, the unit
-// drives neither contactors nor motor controller nor heater, whatever is commanded, and drives none of them again
-// before a command without any contactor has come with the loop closed. The fan goes on as commanded. PDU_STATUS
-// carries the loop in `alarm_loop_open`, and `opened_by_timeout` as for every opening of its own, until the command is
-// to open.
+// The alarm outputs of the modules (alarm.hpp) are in the enable loop of the contactors: while that is open, the PDU
+// drives neither contactors nor motor controller nor heater, regardless of the command, and drives none of them again
+// before it receives a command without any contactor while the loop is closed. The fan follows the command. PDU_STATUS
+// carries the loop in `alarm_loop_open`, and `opened_by_timeout` as for every opening by the PDU itself, until the
+// command is to open.
 //
-// That the unit opens everything by itself is what makes a dead daemon an open pack. Pure, as the module unit.
+// Because the PDU opens everything by itself, the pack opens if the daemon is dead. Pure, like the MMU.
 #pragma once
 
 #include <cstdint>
@@ -58,7 +58,7 @@ struct PduInputs {
   friend constexpr bool operator==(const PduInputs&, const PduInputs&) = default;
 };
 
-/// State of the monitor as PDU_STATUS tells it.
+/// State of the monitor as sent in PDU_STATUS.
 enum class InsulationMonitor : std::uint8_t { no_signal, normal, undervoltage, speed_start, device_error, earth_fault };
 [[nodiscard]] InsulationMonitor told_state(ir155::State state);
 
@@ -67,9 +67,9 @@ struct PduMeasurements {
   PduInputs inputs{};
   ir155::Pwm insulation{};
   SignalValue throttle_permille{};
-  // Of the intake air. Not fitted: it has no such sensor, and sends no PDU_TEMPERATURE.
+  // Not fitted: the PDU has no sensor in the intake air, and sends no PDU_TEMPERATURE.
   SignalValue intake_air_dC{.validity = Validity::not_fitted};
-  bool alarm_loop_open = false;  // also false: there is no such loop
+  bool alarm_loop_open = false;  // also false without such a loop
 };
 
 struct PduCounts {
@@ -96,7 +96,7 @@ class Pdu {
   [[nodiscard]] const ReceiveCounts& receive_counts() const { return check_.counts(); }
 
  private:
-  /// What is told at once when it changes.
+  /// Values that are sent at once when they change.
   struct Told {
     ContactorFlags feedback{};
     PduOutputs outputs;

@@ -30,7 +30,7 @@ inline constexpr std::array<std::uint16_t, 256> table = make_table();
 
 }  // namespace pec15_detail
 
-/// As sent: the code shifted left by one. One table look-up a byte.
+/// As sent: the code shifted left by one. One table look-up per byte.
 [[nodiscard]] constexpr std::uint16_t pec15(std::span<const std::uint8_t> bytes) {
   std::uint32_t remainder = 16;
   for (const std::uint8_t byte : bytes) {

@@ -1,5 +1,5 @@
-// Something that happens every so often. The deadline advances by the period, never from "now": nothing drifts, and a
-// caller who comes late finds one deadline due, not a burst of all he missed.
+// Periodic deadline. It advances by the period, never from "now": it does not drift, and a late caller finds one
+// deadline due, not a burst of all that were missed.
 #pragma once
 
 #include "protocol/time.hpp"

@@ -1,8 +1,8 @@
-// Under- and overvoltage as the module unit itself sees them, with or without a master (MMU_UV): each 100 ms average is
+// Under- and overvoltage detected by the module itself, with or without a master (MMU_UV): each 100 ms average is
 // compared with two limits, and a cell that was beyond one of them in more than 30 checks in a row has failed.
 //
-// A failure stays until the master clears it: otherwise one that came and went between two POLLs would never be told.
-// Clearing starts the count again, so a cell that is still beyond its limit fails again 3.1 s later.
+// A failure is latched until the master clears it: otherwise one that occurred and ended between two POLLs would never
+// be reported. Clearing starts the count again, so a cell that is still beyond its limit fails again 3.1 s later.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class CellProtection {
   [[nodiscard]] constexpr const CellLimits& limits() const { return limits_; }
 
   /// One check of a complete average. Reaching a limit counts as being beyond it. A cell without a voltage keeps its
-  /// count: not knowing neither clears a suspicion nor proves it.
+  /// count: a missing value neither clears nor confirms a pending failure.
   constexpr void check(const CellReading& reading) {
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
       if (!has_cell(reading.measured, cell)) continue;

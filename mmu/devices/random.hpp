@@ -1,5 +1,5 @@
-// Our own random integers (splitmix64): the same seed gives the same sequence with every compiler and library, which
-// the standard distributions do not promise.
+// Random integers (splitmix64): the same seed gives the same sequence with every compiler and library, which the
+// standard distributions do not guarantee.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class RandomSource {
     mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EBU;
     return mixed ^ (mixed >> 31);
   }
-  /// Even over -magnitude to +magnitude; 0 for a magnitude of 0 (and then the sequence does not advance).
+  /// Uniform over -magnitude to +magnitude; 0 for a magnitude of 0 (and then the sequence does not advance).
   constexpr std::int32_t within(std::int32_t magnitude) {
     if (magnitude <= 0) return 0;
     const auto span = static_cast<std::uint64_t>(magnitude) * 2 + 1;

@@ -1,5 +1,5 @@
-// What the emulated display can ask for, in the script's words (mmu/devices/can_requester.hpp): every parameter of the
-// maker's table, and that the stored fault be cleared, which is the last.
+// Requests of the emulated display, as the script's keywords (mmu/devices/can_requester.hpp): every parameter of the
+// manufacturer's table, and as the last one the command to clear the stored fault.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace detail {
 inline constexpr std::size_t request_parameter_count = std::size(lithiumate_requests::parameter_names);
 inline constexpr std::size_t request_word_length_max = 32;
 
-/// The maker's names as words.
+/// The manufacturer's names as keywords.
 consteval auto request_letters() {
   std::array<std::array<char, request_word_length_max>, request_parameter_count> letters{};
   for (std::size_t index = 0; index < request_parameter_count; ++index) {

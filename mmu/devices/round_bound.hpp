@@ -1,15 +1,15 @@
-// What ends a cell's part in a round of balancing on the module's own account before its minute is over (MMU_AB): it
-// has come down to the lowest cell. Small cells lose their whole imbalance in less than a minute.
+// End of a cell's part in a round of autonomous balancing before its minute is over (MMU_AB): it has come down to the
+// lowest cell. Small cells lose their whole imbalance in less than a minute.
 //
-// A bleeding cell reads lower than it is, by the current in its wires, and its neighbours higher. So it is not its
-// voltage that is compared but its fall, against the lowest cell, which does not bleed: from the first average taken
-// wholly with the switch on,
+// A bleeding cell reads lower than its voltage, by the current in its wires, and its neighbours higher. Therefore not
+// its voltage is compared but its fall, against the lowest cell, which does not bleed: from the first average taken
+// completely with the switch on,
 //
-//   fall = (cell - lowest) then - (cell - lowest) now        ends at (cell - lowest) of the last look at rest
+//   fall = (cell - lowest) then - (cell - lowest) now        ends at (cell - lowest) of the last average at rest
 //
-// The cell's own slower voltage drop falls, too: it ends too early rather than too late, and what is left is another
-// round's. It is bled too long by the averages it takes to see it: 300 ms at most, not a minute. A lowest cell that is
-// not measured any more ends all.
+// The cell's own slower voltage drop is included in the fall: the bleeding ends too early rather than too late, and the
+// remainder is left to another round. A cell is bled too long by the averages that the detection takes: 300 ms at most,
+// not a minute. If the lowest cell is no longer measured, all end.
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ namespace bmu {
 
 class RoundBound {
  public:
-  /// The last average, at rest, before the cells' switches go on. Returns those of them that stand above the lowest:
-  /// the others are not to be bled.
+  /// Starts a round; `rest` is the last average, at rest, before the cells' switches go on. Returns those of the cells
+  /// that are above the lowest: the others must not be bled.
   constexpr CellMask begin(CellMask cells, const CellReading& rest) {
     *this = {};
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
@@ -41,7 +41,7 @@ class RoundBound {
     return bound_;
   }
 
-  /// An average is complete, and these switches are on at its end: the cells that have come down.
+  /// Called when an average is complete; `switches` are on at its end. Returns the cells that have come down.
   constexpr CellMask check(const CellReading& reading, CellMask switches) {
     CellMask ended = 0;
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
@@ -64,11 +64,11 @@ class RoundBound {
   }
   constexpr bool has_come_down(std::size_t cell, const CellReading& reading) {
     if (!has_cell(reading.measured, lowest_)) return true;
-    if (!has_cell(reading.measured, cell)) return false;  // damaged on its way: the next one tells
+    if (!has_cell(reading.measured, cell)) return false;  // damaged on its way: the next average decides
     const std::int32_t above_uV = reading.cell_voltage_uV[cell] - lowest(reading);
     if (!has_cell(is_begun_, cell)) {
       is_begun_ = static_cast<CellMask>(is_begun_ | cell_bit(cell));
-      // After a pause it goes on where it was: what had fallen until then stays fallen.
+      // After a pause the fall until then is kept.
       begun_uV_[cell] = above_uV + fallen_uV_[cell];
     }
     fallen_uV_[cell] = begun_uV_[cell] - above_uV;
@@ -77,9 +77,9 @@ class RoundBound {
 
   bool has_lowest_ = false;
   std::size_t lowest_ = 0;
-  CellMask bound_ = 0;      // cells that are watched
-  CellMask on_before_ = 0;  // switches at the end of the average before
-  CellMask is_begun_ = 0;   // cells with a first average under their switch
+  CellMask bound_ = 0;      // cells that are monitored
+  CellMask on_before_ = 0;  // switches at the end of the previous average
+  CellMask is_begun_ = 0;   // cells with a first average with their switch on
   CellVoltages excess_uV_{};
   CellVoltages begun_uV_{};
   CellVoltages fallen_uV_{};

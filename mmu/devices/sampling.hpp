@@ -1,5 +1,5 @@
-// What a unit knows of its module's cell voltages: the newest sample alone, for a POLL that asks for simultaneous
-// values, and the mean of ten samples, the newest full block, for every other POLL and for the protection.
+// Cell voltages of a module: the newest single sample, for a POLL that requests simultaneous values, and the mean of
+// ten samples, the newest full block, for every other POLL and for the protection.
 //
 //   10 ms   |s s s s s s s s s s|s s s s s s s s s s|s s s ...
 //   100 ms             average of these ^
@@ -17,7 +17,7 @@ namespace bmu {
 
 inline constexpr std::size_t mmu_cells_max = internal_bus::cells_per_module_max;
 
-/// One bit a cell, cell 1 in the lowest, as in STATUS and MODULE.
+/// One bit per cell, cell 1 in the lowest, as in STATUS and MODULE.
 using CellMask = std::uint16_t;
 [[nodiscard]] constexpr CellMask cell_bit(std::size_t index) {
   return static_cast<CellMask>(1U << index);
@@ -33,11 +33,11 @@ using CellVoltages = std::array<std::int32_t, mmu_cells_max>;  // uV
 
 struct CellReading {
   CellVoltages cell_voltage_uV{};
-  CellMask measured = 0;                            // a cell that is not in here has no voltage, whatever stands above
+  CellMask measured = 0;                            // a cell that is not in it has no valid voltage above
   std::array<TimePoint, mmu_cells_max> taken_at{};  // of each cell's oldest sample in it
 
   [[nodiscard]] constexpr bool exists() const { return measured != 0; }
-  /// Of the oldest voltage; meaningless while nothing is measured.
+  /// Time of the oldest voltage; meaningless while no cell is measured.
   [[nodiscard]] constexpr TimePoint oldest() const {
     TimePoint oldest = TimePoint::max();
     for (std::size_t cell = 0; cell < mmu_cells_max; ++cell) {
@@ -59,7 +59,7 @@ struct CellReading {
   }
 };
 
-/// One transfer's cells: which of them arrived undamaged, and which of those hold a voltage to be trusted.
+/// Cells of one transfer: those that arrived undamaged, and those with a usable voltage.
 struct CellTransfer {
   CellVoltages cell_voltage_uV{};
   CellMask arrived = 0;
@@ -73,8 +73,8 @@ class CellSampler {
 
   enum class Step : std::uint8_t { sampled, average_complete };
 
-  /// A cell that did not arrive whole is left out: the window goes on, its values age. One that arrived without a
-  /// voltage (an open wire) has none from now on, and not in this window's average.
+  /// A cell that arrived damaged is skipped: the window continues, and its values age. One that arrived without a
+  /// voltage (an open wire) has none from now on, and none in this window's average.
   constexpr Step add(const CellTransfer& sample, TimePoint now) {
     const auto with_voltage = static_cast<CellMask>(sample.arrived & sample.measured);
     const auto without = static_cast<CellMask>(sample.arrived & ~sample.measured);
@@ -95,7 +95,7 @@ class CellSampler {
 
   [[nodiscard]] constexpr const CellReading& latest() const { return latest_; }
   [[nodiscard]] constexpr const CellReading& average() const { return average_; }
-  /// The average without the cells of which the last window brought nothing.
+  /// The average without the cells that the last window did not renew.
   [[nodiscard]] constexpr CellReading renewed_average() const { return average_.only(renewed_); }
 
  private:
@@ -118,7 +118,7 @@ class CellSampler {
   CellReading latest_;
   CellReading average_;
   CellMask renewed_ = 0;
-  // Of the window under way.
+  // Of the window in progress.
   std::array<std::int64_t, mmu_cells_max> sum_uV_{};
   std::array<std::uint8_t, mmu_cells_max> good_samples_{};
   std::array<TimePoint, mmu_cells_max> first_at_{};  // of these

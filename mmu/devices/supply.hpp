@@ -1,19 +1,19 @@
-// The two supplies of a unit (MMU_7 to 11): external, 5 to 36 V, and its own module. Both are read with every loop, 10
-// ms; four low readings in a row are a failure, and as many good ones in a row its end, so that neither a dip of a
-// cranking motor nor one good reading of a loose contact changes anything.
+// The two supplies of a module (MMU_7 to 11): external, 5 to 36 V, and its own cells. Both are read in every loop, 10
+// ms; four low readings in a row are a failure, and as many good ones in a row end it, so that neither a dip of a
+// cranking motor nor one good reading of a loose contact has an effect.
 //
-//   external good                      on the external supply, however the module does
+//   external good                      on the external supply, regardless of the module's
 //   external failed, module good       on the module
-//   both failed                        nothing left to live on
+//   both failed                        no supply
 //
-// A reading that did not arrive says nothing: the counts stand.
+// A reading that did not arrive leaves the counts unchanged.
 #pragma once
 
 #include <cstdint>
 
 namespace bmu {
 
-/// The least either supply must have, at the input of the same regulator.
+/// Minimum of either supply, at the input of the same regulator.
 inline constexpr std::int32_t supply_min_mV = 5'000;
 
 enum class SupplyInUse : std::uint8_t { external, module, none };
@@ -34,10 +34,10 @@ class SupplyMonitor {
   }
 
  private:
-  /// Good at first: something made it start.
+  /// Initially good: the module was able to start.
   struct Watch {
     bool is_good = true;
-    int against = 0;  // readings in a row that say otherwise
+    int against = 0;  // opposite readings in a row
 
     constexpr void note(bool is_good_now) {
       against = is_good_now == is_good ? 0 : against + 1;

@@ -38,7 +38,8 @@ double formula_C(double resistance_Ohm) {
   return 1.0 / (coefficient_a + log * (coefficient_b + log * (coefficient_c + log * coefficient_d))) - celsius_zero_K;
 }
 
-/// Newton from the linear solution: the cubic is nearly straight, four steps leave less than a micro-ohm in a kilo-ohm.
+/// Newton's method from the linear solution: the cubic is nearly linear, four steps leave less than a micro-ohm in a
+/// kilo-ohm.
 double formula_Ohm(double temperature_C) {
   const double wanted = 1.0 / (temperature_C + celsius_zero_K) - coefficient_a;
   double log = wanted / coefficient_b;

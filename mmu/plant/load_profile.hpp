@@ -1,4 +1,4 @@
-// What a vehicle asks of its pack over time: built-in profiles, repeated for as long as they are wanted.
+// Current demand of a vehicle over time: built-in profiles, repeated as long as they are selected.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ inline constexpr LoadPoint drive_points[] = {
   return profile == LoadProfile::drive ? std::span<const LoadPoint>(drive_points) : std::span<const LoadPoint>{};
 }
 
-/// Demand `since` the profile began, lines between the points.
+/// Demand `since` the profile began, linear between the points.
 [[nodiscard]] constexpr double load_at(LoadProfile profile, Duration since) {
   const std::span<const LoadPoint> points = points_of(profile);
   if (points.empty()) return 0.0;

@@ -11,17 +11,17 @@ namespace bmu {
 namespace {
 
 constexpr double step_s = 0.001;
-// A charger's voltage loop, as a part of what one volt more would drive into the pack. Below 1 it cannot swing between
-// two steps.
+// Gain of a charger's voltage loop, relative to the current that one volt more would drive into the pack. Below 1 it
+// cannot oscillate between two steps.
 constexpr double charger_loop_gain = 0.5;
-// A balancing resistor warms its board by so much, and the board takes about a minute to follow.
+// Temperature rise of a board per balancing resistor, and the time constant of the board.
 constexpr double board_heating_K_per_cell = 4.0;
 constexpr double board_time_constant_s = 60.0;
-// Cells warm slowly: each has its resistance looked up again every so many steps, a part of them in each.
+// Cells warm slowly: the resistance of each is updated once in this number of steps, a part of the cells in each step.
 constexpr std::size_t temperature_groups = 64;
 constexpr double self_discharge_doubles_every_K = 10.0;
 constexpr double self_discharge_known_to_C = 150.0;
-// Where a cell that is abused for ever comes to a halt.
+// Bounds at which the state of a cell stops that is abused permanently.
 constexpr double soc_beyond_max = 0.5;
 constexpr double temperature_min_C = -100.0;
 constexpr double temperature_max_C = 1'000.0;
@@ -96,7 +96,7 @@ double Plant::path_siemens(double source_Ohm) const {
   return 1.0 / path_Ohm;
 }
 
-/// A charger that holds a voltage of its own: with each step it goes half the way to the current that makes it.
+/// A charger that holds a voltage of its own: with each step it moves half way to the current that gives this voltage.
 double Plant::charger_held_A(double source_Ohm) const {
   const double sensed_V = charger_senses_terminals_ ? charger_V() : link_V_;
   const double lead_Ohm = charger_senses_terminals_ ? charger_lead_Ohm_ : 0.0;
@@ -114,8 +114,8 @@ double Plant::charger_now_A(double source_Ohm) const {
   return std::clamp((stop_V - link_V_) * taper_siemens, 0.0, demand_A);
 }
 
-/// C dV/dt = (E - V) G - V Gb + Iin, with everything but V constant over the step: V goes exponentially to where the
-/// currents balance. The mean of V over the step gives every current's charge exactly.
+/// C dV/dt = (E - V) G - V Gb + Iin, with everything but V constant over the step: V approaches exponentially the value
+/// at which the currents balance. The mean of V over the step gives every current's charge exactly.
 void Plant::step_link(const Source& source) {
   const double pack_siemens = path_siemens(source.resistance_Ohm);
   const double bleed_siemens = 1.0 / link_bleed_Ohm_;
@@ -157,8 +157,8 @@ void Plant::step_cells() {
   totals_.shunt_J += shunt_W * step_s;
 }
 
-/// Returns the power it loses. What the hysteresis takes is lost, too: it comes back nowhere, whichever way one goes.
-/// Multiplies by what could be divided by: this is most of what a step costs.
+/// Returns the power loss of a cell. The energy of the hysteresis is lost, too, in either direction of the current.
+/// Multiplies by reciprocals instead of dividing: this function is most of the cost of a step.
 double Plant::step_cell(PlantCell& cell, double cell_A) const {
   const CellPhysics& kind = config_.cell;
   double lost_W = cell_A * cell_A * cell.resistance_Ohm - cell.hysteresis * kind.hysteresis_V * cell_A;

@@ -1,6 +1,6 @@
 // The internal bus: master, module management units, power distribution unit, current sensor. Protocol version 1.
 //
-// These rows are the protocol. docs/bus-protocol.md explains it in prose; where both differ, one of them is a bug.
+// These rows define the protocol. docs/bus-protocol.md describes it in prose; a difference between both is a bug.
 #pragma once
 
 #include "protocol/message.hpp"
@@ -60,8 +60,7 @@ inline constexpr RawName result_names[] = {
 inline constexpr RawName insulation_monitor_names[] = {{0, "no signal"},   {1, "normal"},       {2, "undervoltage"},
                                                        {3, "speed start"}, {4, "device error"}, {5, "earth fault"}};
 
-// --- module management units
-// ------------------------------------------------------------------------------------------
+// --- module management units -----------------------------------------------------------------------------------------
 
 inline constexpr SignalSpec counter_signal{.name = "counter", .first_bit = byte(6), .bit_count = 8};
 
@@ -192,7 +191,7 @@ inline constexpr SignalSpec module_signals[] = {
      .special = module_voltage_codes},
     {.name = "balancing_cells", .first_bit = byte(2), .bit_count = 12},
     {.name = "open_wire_cells", .first_bit = bit(3, 3), .bit_count = 12},
-    // Decision 0028: 0 from a module built before them, whose minutes never reach these bits.
+    // Decision 0028: 0 from a module built before these bits; its minutes never reach them.
     {.name = "front_end_faults_reported", .first_bit = bit(5, 7), .bit_count = 1},
     {.name = "front_end_supply_low", .first_bit = bit(5, 6), .bit_count = 1},
     {.name = "front_end_thermal_shutdown", .first_bit = bit(5, 5), .bit_count = 1},
@@ -281,13 +280,12 @@ inline constexpr SignalSpec response_signals[] = {
 inline constexpr MessageSpec response =
     detail::module_answer("RESPONSE", 0x380, response_signals, "what became of a COMMAND");
 
-// --- power distribution unit
-// ------------------------------------------------------------------------------------------
+// --- power distribution unit -----------------------------------------------------------------------------------------
 
-/// How long a PDU goes on with a command: after that without a new valid one it opens everything.
+/// Validity of a contactor command: a PDU that receives no new valid one within this time opens everything.
 inline constexpr Duration contactor_command_life = 200ms;
 
-/// How often a module measures, at the least.
+/// Maximum periods of a module's measurements.
 inline constexpr Duration cell_sampling_period = 10ms;
 inline constexpr Duration temperature_sampling_period = 500ms;
 
@@ -319,7 +317,7 @@ inline constexpr SignalSpec pdu_status_signals[] = {
     {.name = "precharge_closed", .first_bit = bit(0, 2), .bit_count = 1},
     {.name = "main_negative_closed", .first_bit = bit(0, 1), .bit_count = 1},
     {.name = "main_positive_closed", .first_bit = bit(0, 0), .bit_count = 1},
-    // Decision 0028: 0 from a unit without such a loop.
+    // Decision 0028: 0 from a PDU without such a loop.
     {.name = "alarm_loop_open", .first_bit = bit(1, 7), .bit_count = 1},
     {.name = "resume_button", .first_bit = bit(1, 6), .bit_count = 1},
     {.name = "insulation_monitor_ok", .first_bit = bit(1, 5), .bit_count = 1},
@@ -354,7 +352,7 @@ inline constexpr MessageSpec pdu_status{.name = "PDU_STATUS",
 
 inline constexpr SignalSpec pdu_temperature_signals[] = {detail::cell_temperature("intake_air_temperature_dC", 0),
                                                          counter_signal};
-/// Only of units that have such a sensor.
+/// Sent only by PDUs with such a sensor.
 inline constexpr MessageSpec pdu_temperature{.name = "PDU_TEMPERATURE",
                                              .base_id = 0x042,
                                              .protection = Protection::counter_crc,
@@ -367,7 +365,7 @@ inline constexpr MessageSpec pdu_temperature{.name = "PDU_TEMPERATURE",
 
 namespace detail {
 
-/// The largest variant measures 2500 A and 1000 V; twice that is not a measurement.
+/// Plausibility limits: twice the range of the largest variant, which measures 2500 A and 1000 V.
 inline constexpr std::int64_t sensor_current_limit_mA = 5'000'000;
 inline constexpr std::int64_t sensor_voltage_limit_mV = 2'000'000;
 
@@ -394,7 +392,7 @@ inline constexpr SignalSpec sensor_counter{.name = "counter", .first_bit = bit(1
 
 }  // namespace detail
 
-/// The signals and the row of one result of the sensor; also of those that this bus has no use for.
+/// Signals and row of one result of the sensor, including results that are not used on this bus.
 consteval std::array<SignalSpec, 7> sensor_signals(std::string_view name, Unit unit, std::int64_t scale,
                                                    ByteOrder order) {
   return {detail::sensor_value(name, unit, scale, order),
@@ -461,8 +459,7 @@ inline constexpr MessageSpec sensor_charge_le =
 inline constexpr MessageSpec sensor_energy_le =
     sensor_result("SENSOR_ENERGY", 0x528, 7, 0ms, sensor_energy_le_signals, "energy counter, when enabled");
 
-// --- the bus
-// ----------------------------------------------------------------------------------------------------------
+// --- the bus ---------------------------------------------------------------------------------------------------------
 
 inline constexpr const MessageSpec* rows[] = {&contactor_command,
                                               &pdu_status,
@@ -510,8 +507,7 @@ inline constexpr const MessageSpec* rows_little_endian_sensor[] = {&contactor_co
 inline constexpr Catalogue catalogue{"internal", rows};
 inline constexpr Catalogue catalogue_little_endian_sensor{"internal", rows_little_endian_sensor};
 
-/// Where the modules are another maker's: what is left of the bus. POLL, COMMAND and all that modules of ours say are
-/// nobody's then.
+/// Rows of a bus with third-party modules: POLL, COMMAND and all messages of MMUs are unknown identifiers on it.
 inline constexpr const MessageSpec* rows_without_modules[] = {&contactor_command, &pdu_status,    &pdu_temperature,
                                                               &sensor_current,    &sensor_u1,     &sensor_u2,
                                                               &sensor_charge,     &sensor_energy, &sensor_current_2};

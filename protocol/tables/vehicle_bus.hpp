@@ -1,6 +1,6 @@
 // The vehicle bus: traction-pack messages 620h to 628h, in the dialect of the 2013 competition design ("iha").
 //
-// Each message goes out once a second, 10 ms after the one before. Unknown is FFh, FFFFh, 80h or 8000h by the field's
+// Each message is sent once a second, 10 ms after the previous one. Unknown is FFh, FFFFh, 80h or 8000h by the field's
 // type, never 0; for the 32-bit energies no source gives a code and FFFFFFFFh is used by analogy.
 #pragma once
 
@@ -16,8 +16,8 @@ inline constexpr SpecialCode unknown_u32[] = {{0xFFFF'FFFF, Validity::unknown}};
 inline constexpr SpecialCode unknown_s8[] = {{-0x80, Validity::unknown}};
 inline constexpr SpecialCode unknown_s16[] = {{-0x8000, Validity::unknown}};
 
-/// State of the `iha` dialect. There is no code for "vehicle on, contactors still open": as the contactors are what
-/// people act on, that is sent as `off_open`.
+/// State of the `iha` dialect. There is no code for "vehicle on, contactors still open": it is sent as `off_open`,
+/// because people act on the state of the contactors.
 enum class State : std::uint8_t { fault = 0, charger_closed = 1, on_closed = 2, off_closed = 3, off_open = 4 };
 inline constexpr RawName state_names[] = {{0, "fault"},
                                           {1, "charger connected, contactors closed"},

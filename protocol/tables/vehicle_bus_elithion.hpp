@@ -1,10 +1,10 @@
-// The traction-pack messages as Elithion's Lithiumate sends them (dialect "elithion"): read of a second
-// pack, and sent where the pack file says so (`vehicle/dialect`).
+// Traction-pack messages as Elithion's Lithiumate sends them (dialect "elithion"): received from a second pack, and
+// sent if the pack file selects them (`vehicle/dialect`).
 //
-// What differs from `iha` (vehicle_bus.hpp): 622h is bits and codes in seven bytes; the sixth byte of 626h is always 0
-// and the second of 627h unused; whether 625h counts Wh or kWh its readers do not agree on, so it is counts here. That
-// the codes for "unknown", the sign of the current and the units of the resistances are those of `iha` is what
-// other readers of these frames take for granted; their maker's word for it is not to be had.
+// Differences from `iha` (vehicle_bus.hpp): 622h consists of bits and codes in seven bytes; the sixth byte of 626h is
+// always 0 and the second of 627h unused; its readers disagree whether 625h counts Wh or kWh, so it is counts here. The
+// codes for "unknown", the sign of the current and the units of the resistances are taken from `iha`: other readers of
+// these frames assume the same, a statement of the manufacturer is not available.
 #pragma once
 
 #include "protocol/tables/vehicle_bus.hpp"
@@ -32,7 +32,7 @@ inline constexpr RawName stored_fault_names[] = {{0, "none"},
                                                  {18, "memory overflow"},
                                                  {19, "front end silent"}};
 
-/// Of fields that are bits, each bit's name.
+/// Names of the bits of bit fields.
 inline constexpr RawName fault_names[] = {
     {0x01, "driven while plugged in"}, {0x02, "interlock"}, {0x04, "communication"}, {0x08, "charge overcurrent"},
     {0x10, "discharge overcurrent"},   {0x20, "too hot"},   {0x40, "undervoltage"},  {0x80, "overvoltage"}};

@@ -1,9 +1,9 @@
-// The traction-pack messages as their first page has them (dialect "original").
+// Traction-pack messages as their first page defines them (dialect "original").
 //
-// What differs from `iha` (vehicle_bus.hpp): the state in 622h has a number for each of its states, those from 8 on
-// while plugged in. The bits of the flags are not known from anywhere: they are sent as 0 and not read. The page prints
-// a length of 6 for 626h and lists fields of 7 bytes: 7 are sent. 629h and 62Ah, of an AC line, are not: what their
-// numbers count nobody tells, and we have no such line.
+// Differences from `iha` (vehicle_bus.hpp): the state in 622h has a number for each of its states, those from 8 on
+// while plugged in. No source defines the bits of the flags: they are sent as 0 and not read. The page prints a length
+// of 6 for 626h and lists fields of 7 bytes: 7 are sent. 629h and 62Ah, of an AC line, are not sent: no source gives
+// the unit of their numbers, and packs of this project have no AC line.
 #pragma once
 
 #include "protocol/tables/vehicle_bus.hpp"
@@ -22,11 +22,11 @@ inline constexpr RawName state_names[] = {{0, "unplugged, vehicle off"},
                                           {12, "plugged in, discharging to the grid"},
                                           {13, "plugged in, discharging to the home"}};
 
-/// Between those that have a name the page leaves a gap.
+/// Numbers between the named states, which the page does not define.
 inline constexpr SpecialCode reserved_states[] = {
     {5, Validity::out_of_range}, {6, Validity::out_of_range}, {7, Validity::out_of_range}};
 
-/// Trouble codes are each maker's own: ours are those of `iha`.
+/// Trouble codes are manufacturer-specific: those of `iha` are used.
 inline constexpr SignalSpec pack_status_signals[] = {
     {.name = "state",
      .first_bit = byte(0),

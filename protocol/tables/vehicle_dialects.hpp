@@ -1,4 +1,4 @@
-// The dialects of the traction-pack messages 620h to 628h, a row each.
+// The dialects of the traction-pack messages 620h to 628h, one row each.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What an answer of the status socket costs the control loop, which makes it and decides nothing meanwhile.
+// Cost of an answer of the status socket for the control loop, which makes it and decides nothing meanwhile.
 #include <memory>
 
 #include <benchmark/benchmark.h>
@@ -10,7 +10,7 @@ namespace bmu {
 
 namespace {
 
-/// A pack of 4 modules of 12 cells that drives, with a frame of each fault from before if that is wanted.
+/// A pack of 4 modules of 12 cells that drives, if requested with an earlier freeze frame of each fault.
 test::ToldCore driving(bool is_recorded) {
   PersistentState state;
   for (FaultRecord& record : state.faults) {
@@ -51,7 +51,7 @@ void answer(benchmark::State& state, std::string_view command) {
   state.counters["bytes"] = static_cast<double>(length);
 }
 
-/// What everybody who watches gets, made once for all.
+/// The update for all watching clients, made once for all.
 void answer_picture(benchmark::State& state) {
   const Desk desk(state.range(0) != 0);
   std::size_t length = 0;

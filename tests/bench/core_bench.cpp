@@ -1,4 +1,4 @@
-// What the control loop costs: one frame taken in, one decision made.
+// Cost for the control loop: one received frame, one decision.
 #include "tests/support/core_bench.hpp"
 
 #include <benchmark/benchmark.h>
@@ -9,16 +9,16 @@ using namespace bmu;
 using bmu::test::CoreBench;
 using bmu::test::pack_of;
 
-/// Everything a core of `modules` x 12 cells is told during some seconds of driving, in order.
+/// All observations of a core of `modules` x 12 cells during some seconds of driving, in order.
 struct Recording {
   std::vector<Observation> observations;
-  std::vector<std::pair<std::size_t, TimePoint>> decisions;  // after how many observations, when
+  std::vector<std::pair<std::size_t, TimePoint>> decisions;  // number of observations before, and time
 };
 
 Recording record(std::size_t modules) {
   CoreBench bench(pack_of(modules));
   Recording recording;
-  for (const Port port : {Port::internal, Port::vehicle}) {  // the bench told them before anybody listened
+  for (const Port port : {Port::internal, Port::vehicle}) {  // the bench observed them before the callbacks were set
     recording.observations.push_back({bench.now(), PortChanged{port, true}});
   }
   recording.decisions.emplace_back(1, bench.now());  // and decided at once when the first was up
@@ -31,7 +31,7 @@ Recording record(std::size_t modules) {
   return recording;
 }
 
-/// Tells a core everything and makes it decide when the original did; only the chosen half is timed.
+/// Feeds a core all observations and decides at the original times; only the selected half is timed.
 enum class Timed { observe, decide };
 
 void replay(benchmark::State& state, Timed timed) {

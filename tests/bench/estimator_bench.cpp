@@ -1,4 +1,4 @@
-// What an estimator of charge or resistance costs for one sample of one cell, against the plain counting beside it.
+// Cost of an estimator of charge or resistance for one sample of one cell, compared with plain coulomb counting.
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -52,7 +52,7 @@ void sample_of_one_cells_resistance(benchmark::State& state) {
   benchmark::DoNotOptimize(tracker.estimate(resistance_reference_C));
 }
 
-/// All that the daemon follows of a cell: every method beside each other, and its health.
+/// All estimates of the daemon for a cell: every method in parallel, and its health.
 void sample_of_one_cells_whole(benchmark::State& state) {
   const CellDynamics cell = test::sloped_cell();
   const std::vector<CellSample> samples = drive_of(cell);

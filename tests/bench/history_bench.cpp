@@ -1,5 +1,5 @@
-// What the history costs: the loop's part of it, the writer's, and the disk's. Run on a disk of the target's kind: set
-// TMPDIR to a folder there.
+// Cost of the history: for the loop, for the writer, and on the disk. Run on a disk of the target's type: set TMPDIR to
+// a folder there.
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -26,7 +26,7 @@ HistoryLife life_of(std::size_t modules) {
   return life;
 }
 
-/// Every value there is, each minute others.
+/// Sets every value, with others each minute.
 HistoryRow row_of_minute(std::int64_t number, const HistoryLayout& layout) {
   static auto minute = std::make_unique<Minute>();
   minute->unix_time_ms = begin_unix_ms + number * 60'000;
@@ -58,20 +58,20 @@ HistoryRow row_of_minute(std::int64_t number, const HistoryLayout& layout) {
   return row_of(*minute, layout);
 }
 
-/// A tick's look at the core, by modules of 12 cells; the loop's only part besides handing over.
+/// The read of the core in a tick, by modules of 12 cells; the loop's only part besides handing over.
 void history_look(benchmark::State& state) {
   test::CoreBench bench(test::pack_of(static_cast<std::size_t>(state.range(0))));
   bench.run(3s);
   MinuteAverager averager(bench.core(), 60s);
   TimePoint at = bench.now();
   for (auto _ : state) {
-    at += 1us;  // the minute does not end, and nothing grows old
+    at += 1us;  // the minute does not end, and no value becomes stale
     benchmark::DoNotOptimize(averager.update(at));
   }
 }
 BENCHMARK(history_look)->Arg(8)->Arg(16)->Arg(63)->Unit(benchmark::kNanosecond);
 
-/// The end of a minute, with all that is made of it.
+/// The end of a minute, with the row made from it.
 void history_minute_end(benchmark::State& state) {
   test::CoreBench bench(test::pack_of(static_cast<std::size_t>(state.range(0))));
   bench.run(3s);
@@ -86,7 +86,7 @@ void history_minute_end(benchmark::State& state) {
 }
 BENCHMARK(history_minute_end)->Arg(8)->Arg(16)->Arg(63)->Unit(benchmark::kMicrosecond);
 
-/// A row as the writer's thread writes it: one transaction with its sync, and what is too much removed.
+/// A row as written by the writer thread: one transaction with its sync, and removal of excess rows.
 void history_insert(benchmark::State& state) {
   const TemporaryFolder folder;
   const HistoryLife life = life_of(static_cast<std::size_t>(state.range(0)));
@@ -99,7 +99,7 @@ void history_insert(benchmark::State& state) {
 }
 BENCHMARK(history_insert)->Arg(8)->Arg(63)->Unit(benchmark::kMicrosecond);
 
-/// Days in a database, and what they take of the disk. By modules of 12 cells, and days.
+/// Days in a database, and their size on the disk. By modules of 12 cells, and days.
 void history_size(benchmark::State& state) {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
@@ -123,7 +123,7 @@ void history_size(benchmark::State& state) {
 }
 BENCHMARK(history_size)->Args({8, 1})->Args({8, 30})->Args({63, 1})->Iterations(1)->Unit(benchmark::kMillisecond);
 
-/// All rows of a day of 96 cells read, checked and taken apart.
+/// Reads, checks and parses all rows of a day of 96 cells.
 void history_read_day(benchmark::State& state) {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";

@@ -1,4 +1,4 @@
-// Writes a candump log as a pack of eight 12-cell modules would leave it: POLL every 100 ms with all answers, the power
+// Writes a candump log as of a pack of eight 12-cell modules: POLL every 100 ms with all answers, the power
 // distribution unit and the current sensor in their periods, the vehicle messages once a second. Every frame passes its
 // receive check. The same number of lines gives the same log, byte for byte.
 //
@@ -21,7 +21,7 @@ using namespace bmu;
 constexpr std::uint8_t module_count = 8;
 constexpr std::int64_t step_us = 10'000;
 
-/// Same numbers from every standard library, unlike its distributions.
+/// Gives the same numbers with every standard library, unlike its distributions.
 class Random {
  public:
   std::int64_t between(std::int64_t low, std::int64_t high) {
@@ -52,7 +52,7 @@ class LogMaker {
   }
 
  private:
-  /// A plausible value: what the field can carry, cut to what a healthy pack would say.
+  /// A plausible value: within the range of the field, limited to that of a healthy pack.
   std::int64_t plausible(const SignalSpec& signal) {
     const RawRange range = raw_range(signal);
     const auto in_field = [&](std::int64_t low, std::int64_t high) {
@@ -111,7 +111,7 @@ class LogMaker {
     const std::size_t length = print_log_line(line, text);
     text[length] = '\n';
     std::fwrite(text.data(), 1, length + 1, stdout);
-    time_us_ += 230;  // what a full frame takes at 500 kbit/s
+    time_us_ += 230;  // duration of a full frame at 500 kbit/s
   }
 
   long lines_left_;

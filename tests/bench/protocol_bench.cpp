@@ -1,4 +1,4 @@
-// What one frame costs on its way: parsing a log line, the receive check, decoding, encoding, and its text.
+// Cost of one frame at each step: parsing a log line, the receive check, decoding, encoding, and its text.
 #include <array>
 #include <string_view>
 #include <vector>
@@ -56,7 +56,7 @@ void parse_line(benchmark::State& state) {
 }
 BENCHMARK(parse_line);
 
-/// Both forms of output for one frame, thrown away.
+/// Prints one frame in each form of output, which is discarded.
 template <void (*Print)(dump::FrameText&, const dump::SeenFrame&, dump::TextWriter&)>
 void print_line(benchmark::State& state) {
   const dump::DumpCatalogue catalogue({});

@@ -1,5 +1,5 @@
-// What a recording costs the control loop: a line for each observation, the lines of each decision, and once a part the
-// copy of a core; and what its thread does with that copy.
+// Cost of a recording for the control loop: a line for each observation, the lines of each decision, and the copy of a
+// core once per part; and the cost of processing that copy in the recorder's thread.
 #include <benchmark/benchmark.h>
 
 #include "daemon/recording/record_lines.hpp"
@@ -28,7 +28,7 @@ void record_observation_line(benchmark::State& state) {
 }
 BENCHMARK(record_observation_line);
 
-/// Of a tick with a command and a poll.
+/// The lines of a tick with a command and a poll.
 void record_decision_lines(benchmark::State& state) {
   RecordLines lines(buses);
   Decisions decisions;
@@ -43,7 +43,7 @@ void record_decision_lines(benchmark::State& state) {
 }
 BENCHMARK(record_decision_lines);
 
-/// A core that has driven for a while.
+/// A core after some seconds of driving.
 std::unique_ptr<CoreBench> driven(std::size_t modules) {
   auto bench = std::make_unique<CoreBench>(pack_of(modules));
   bench->link_rise_mV_per_ms = 2'000;
@@ -62,7 +62,7 @@ void copy_core(benchmark::State& state) {
 }
 BENCHMARK(copy_core)->Arg(8)->Arg(63)->Unit(benchmark::kMicrosecond);
 
-/// On the recorder's thread.
+/// Runs in the recorder's thread.
 void record_head(benchmark::State& state) {
   const auto bench = driven(static_cast<std::size_t>(state.range(0)));
   std::string text;

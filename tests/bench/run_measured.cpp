@@ -1,4 +1,4 @@
-// Runs a command with its output thrown away and prints: wall seconds, peak resident kB, exit status.
+// Runs a command, discards its output and prints: wall seconds, peak resident kB, exit status.
 //
 //   run_measured COMMAND [ARGUMENT...]
 #include <chrono>

@@ -1,6 +1,6 @@
-// What the emulated pack costs: a second of its life, with a master that polls everything every 100 ms. The rate says
-// how many seconds of a pack one core lives through in a second: mmusim in real time needs more than 1. And what a
-// module unit spends on its front end: a transfer made and read, a temperature out of a resistance.
+// Cost of the emulated pack: one simulated second, with a master that polls everything every 100 ms. The rate is the
+// number of simulated seconds per second of one core: mmusim in real time needs more than 1. Also the cost of a module
+// unit's front end: a transfer made and read, a temperature from a resistance.
 #include <memory>
 
 #include <benchmark/benchmark.h>

@@ -1,4 +1,4 @@
-// Rows 38 to 58 of the catalogue: the bus and the interface to it, as far as the core can tell.
+// Rows 38 to 58 of the catalogue: the bus and the interface to it, as far as the core can detect their faults.
 #include "daemon/core/contactors/output_gate.hpp"
 #include "daemon/core/plausibility/bus_watch.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -26,7 +26,7 @@ void port_up(WiredPack& pack) {
   pack.set_port(true);
 }
 
-/// Down now, up again after a while.
+/// Down now, up again after `duration`.
 Act port_away(Duration duration) {
   return [duration](WiredPack& pack) {
     pack.set_port(false);
@@ -60,7 +60,7 @@ void loses_its_wire(WiredPack& pack) {
   pack.is_cut = true;
 }
 
-/// For `failing` of each `period`.
+/// Sends fail for `failing_ms` of each `period_ms`.
 Act fails_to_send_at_times(int failing_ms, int period_ms) {
   return [=](WiredPack& pack) {
     pack.each_ms = [=, ms = 0](WiredPack& now) mutable { now.sends_fail = ms++ % period_ms < failing_ms; };
@@ -100,7 +100,7 @@ CanFrame command_of_a_stranger() {
   return frame;
 }
 
-/// 620h to 628h, from somebody else on the vehicle's bus.
+/// A frame of 620h to 628h, here 622h, from another node on the vehicle's bus.
 void foreign_report(WiredPack& pack) {
   pack.observe(FrameReceived{Port::vehicle, data_frame(0x622, 8)});
 }
@@ -114,7 +114,7 @@ void has_been_bus_off_twice(WiredPack& pack) {
   }
 }
 
-/// Everything sent within so long is lost for the core, and it is told.
+/// Every frame sent within `duration` is lost for the core, which is notified of lost frames.
 Act loses_frames_for(Duration duration) {
   return [duration](WiredPack& pack) {
     const TimePoint ends_at = pack.now() + duration;

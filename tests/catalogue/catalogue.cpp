@@ -41,9 +41,9 @@ const std::vector<const Row*>& all_rows() {
 const std::vector<Pack>& packs() {
   static const std::vector<Pack> both = [] {
     std::vector<Pack> made{{"2 x 4", small_pack()}, {"16 x 12", pack_of(16)}};
-    // For what the full pack's voltage means to the emulated charger and insulation monitor.
+    // The emulated charger and insulation monitor use the voltage of the full pack.
     for (Pack& pack : made) pack.config.cell.voltage_max_uV = 4'250'000;
-    // Cold lets the current fall first, so it is believed a little sooner.
+    // An undertemperature lets the current fall first, so it is confirmed a little sooner.
     for (Pack& pack : made) pack.config.limits.cell_undertemperature.confirm = 100ms;
     return made;
   }();
@@ -68,7 +68,7 @@ bool is_open(const WiredPack& pack, Until until) {
     case Until::decision: return !pack.core().outputs().any_contactor();
     case Until::coils: return !pack.coils_are_driven();
     case Until::charge: return !pack.commanded().charge;
-    case Until::told: break;  // no matter of contactors
+    case Until::told: break;  // independent of contactors
   }
   return false;
 }
@@ -85,10 +85,11 @@ std::string ms_text(Duration duration) {
 
 namespace {
 
-/// How far the devices are ahead of the master when it starts: they share no clock.
+/// Time by which the devices are ahead of the master when it starts: they share no clock.
 constexpr std::array<Duration, 3> ways_to_stand{0us, 4'300us, 433'700us};
 
-/// Ready to close; made once for each name and file. The insulation monitor needs 2 s to its first value.
+/// A pack ready to close; made once for each name, file, fitting and `devices_ahead`. The insulation monitor needs 2 s
+/// to its first value.
 const WiredPack& ready_pack(const Pack& pack, Fitting fit, Duration devices_ahead) {
   struct Ready {
     std::string name;
@@ -131,9 +132,9 @@ namespace {
 
 /// Long enough to see by how much a reaction comes too late.
 constexpr Duration patience = 80s;
-/// What stays closed stays so for this long: longer than any age, confirm time and grace together.
+/// A pack that must stay closed is watched for this long: longer than any age, confirm time and grace together.
 constexpr Duration watched_closed = 1500ms;
-/// What may not close does not within this: a healthy pack would have.
+/// A pack that must not close is watched for this long: a healthy pack would have closed.
 constexpr Duration watched_open = 3s;
 
 struct Trial {
@@ -157,7 +158,7 @@ class Moments {
   /// False once the span is over.
   [[nodiscard]] bool has_next() const { return shift_ < case_->span; }
   [[nodiscard]] Duration shift() const { return shift_; }
-  /// The pack in which it is to happen now, or why there is none.
+  /// The pack for the next trial, before its fault; none if it does not reach the phase of the case.
   [[nodiscard]] std::optional<WiredPack> next() {
     WiredPack pack = base_;
     base_.run(case_->step);
@@ -204,7 +205,7 @@ std::string judge(const Case& one, const WiredPack& pack) {
   return "";
 }
 
-/// What the time is taken to.
+/// Whether the measured time has ended.
 bool is_over(const Case& one, const WiredPack& pack) {
   return one.until == Until::told ? is_present(pack, one.fault) : is_open(pack, one.until);
 }
@@ -288,12 +289,13 @@ bool any_latching_fault(const WiredPack& pack) {
   });
 }
 
-/// Somebody who has looked at the pack.
+/// Clears as an operator who has inspected the pack.
 void clear_with_authority(WiredPack& pack) {
   pack.observe(CommandGiven{.command = Command::clear_faults, .authority = Authority::service});
 }
 
-/// After an opening. What comes back only when a person says so must be asked for in the right order.
+/// After an opening. A pack with a latched fault closes only after its cause has ended, a clear, and a new request, in
+/// this order.
 void check_way_back(const Case& one, const Pack& config) {
   std::optional<WiredPack> trial = pack_in(one, config);
   REQUIRE(trial);
@@ -307,19 +309,19 @@ void check_way_back(const Case& one, const Pack& config) {
     CHECK(stays_open(pack, 3s));
     pack.give(Command::clear_faults);
     CHECK(stays_open(pack, 11s));
-    CHECK(is_present(pack, one.fault));  // clearing does nothing while the cause is there
+    CHECK(is_present(pack, one.fault));  // clearing has no effect while the cause is present
     turn_key(one, pack);
     CHECK(stays_open(pack, 3s));
   }
   if (one.repair) one.repair(pack);
-  CHECK(stays_open(pack, 13s));  // by itself nothing closes
+  CHECK(stays_open(pack, 13s));  // nothing closes without a request
   turn_key(one, pack);
   CHECK(stays_open(pack, 3s) == latches);
   if (!latches) return;
   if (latch != Latch::none) CHECK(is_present(pack, one.fault));
   pack.give(Command::clear_faults);
-  CHECK(stays_open(pack, 2s));                                               // the wish was from before
-  if (latch == Latch::until_authorised) CHECK(is_present(pack, one.fault));  // nobody has looked at it
+  CHECK(stays_open(pack, 2s));                                               // the request is older than the clear
+  if (latch == Latch::until_authorised) CHECK(is_present(pack, one.fault));  // the pack was not inspected
   clear_with_authority(pack);
   pack.run(500ms);
   CHECK_FALSE(is_present(pack, one.fault));
@@ -379,7 +381,7 @@ void check_case(const Row& row, const Case& one) {
     for (const Trial& trial : found.wrong) {
       INFO("shifted by " << ms_text(trial.shift) << " ms: " << trial.what_is_wrong);
       CHECK(trial.what_is_wrong.empty());
-      break;  // one tells it; the others are alike
+      break;  // one is enough; the others are alike
     }
     if (one.outcome != Outcome::opens) continue;
     REQUIRE(found.worst);

@@ -1,13 +1,14 @@
-// The catalogue of failures as tests: what goes wrong, what has to happen, how long it may take, and how long it takes.
+// The catalogue of failures as tests: the fault, the required reaction, the time allowed for it, and the time measured.
 //
-// A row has the catalogue's number and one or more cases. Each case is put on two packs, one small and one of 16
-// modules of 12 cells, at every few milliseconds of more than a poll period, with the devices' periods standing to the
-// master's in three ways; and the worst of these is its time: from the fault at the module or the line until the word
-// "open" is through on a bus of 500 kbit/s. A case that opens is then followed on its way back: nothing clears it while
-// its cause is there, nothing closes before it was cleared and the key turned anew, and after that the pack closes.
+// A row has the catalogue's number and one or more cases. Each case is run on two packs, one small and one of 16
+// modules of 12 cells, at every few milliseconds of more than a poll period, with three offsets of the devices' periods
+// to those of the master; and the worst of these is its time: from the fault at the module or the input until the
+// command "open" is through on a bus of 500 kbit/s. A case that opens is then followed on its way back: nothing clears
+// it while its cause is present, nothing closes before it was cleared and the key turned again, and after that the pack
+// closes.
 //
-// What comes out stands in docs/reaction-times.md. A test fails if its lines there are not what it measured.
-// BMUD_REWRITE=1 test_catalogue "[docs]" writes the page anew.
+// The results are in docs/reaction-times.md. A test fails if its lines there differ from its measurement.
+// BMUD_REWRITE=1 test_catalogue "[docs]" rewrites the page.
 #pragma once
 
 #include <functional>
@@ -24,22 +25,23 @@ namespace bmu::test {
 enum class Outcome : std::uint8_t {
   opens,
   stays_closed,
-  never_closes,  // it is there from the beginning
+  never_closes,  // the fault is present from the start
 };
 
-/// Where the time ends.
+/// End of the measured time.
 enum class Until : std::uint8_t {
-  command,   // CONTACTOR_COMMAND with everything open is through on the bus
-  decision,  // of the core; where the bus can carry nothing any more
-  coils,     // the power distribution unit has let go by itself
+  command,   // CONTACTOR_COMMAND with all contactors open is through on the bus
+  decision,  // of the core; for faults after which the bus carries nothing
+  coils,     // the PDU has released them by itself
   charge,    // CONTACTOR_COMMAND with the charge contactor open is through on the bus
-  told,      // the fault is confirmed; where everything is open already
+  told,      // the fault is confirmed; for packs that are open already, and faults that open nothing
 };
 
 using Act = std::function<void(WiredPack&)>;
-/// What a case needs of the configuration that the two packs do not have.
+/// Changes of the configuration of the two packs that a case needs.
 using Fitting = void (*)(CoreConfig&);
-/// What the configuration allows a row's reaction to take: how long it may go unseen, and what is added to that.
+/// The longest reaction that the configuration allows: time in which the fault is not visible yet, and all delays after
+/// it.
 using Configured = Duration (*)(const CoreConfig&, const FaultRow&);
 
 /// Events of the script language as an act.
@@ -48,24 +50,24 @@ using Configured = Duration (*)(const CoreConfig&, const FaultRow&);
 struct Case {
   std::string_view what;
   Act inject;
-  Act repair{};            // none: what happened is over by itself
-  std::string_view fault;  // the row of the fault table that must be present afterwards; empty: none may be that opens
-  std::string_view or_fault{};     // as good: which of the two is first depends on the moment
-  bool or_any_silence = false;     // as good: who is missed first depends on the moment
-  bool is_kept_by_module = false;  // the module goes on with its report until it is cleared, without a latch of ours
+  Act repair{};            // none: the fault ends by itself
+  std::string_view fault;  // row of the fault table that must be present afterwards; empty: no opening fault may be
+  std::string_view or_fault{};     // equivalent: which of the two is first depends on the time of the fault
+  bool or_any_silence = false;     // equivalent: which node is lost first depends on the time of the fault
+  bool is_kept_by_module = false;  // the module continues its report until it is cleared, without a latch in the core
   Configured configured = nullptr;
   Outcome outcome = Outcome::opens;
   Until until = Until::command;
-  Phase in_phase = Phase::closed;  // where the sequence stands when it happens
+  Phase in_phase = Phase::closed;  // phase of the sequence at the fault
   Act prepare{};                   // before it is switched on
   Fitting fit = nullptr;
-  std::string_view switch_on = "vehicle on";  // who asks for a closed pack
+  std::string_view switch_on = "vehicle on";  // request for a closed pack
   std::string_view switch_off = "vehicle off";
-  Duration span = 150ms;  // over which the moment is varied
+  Duration span = 150ms;  // over which the time of the fault is varied
   Duration step = 7ms;
   bool is_seen_open = true;  // an open pack still shows the cause; else it may be cleared and tried again
-  bool has_way_back = true;  // to be followed here; false: another case's is the same
-  std::function<bool(const WiredPack&)> holds{};  // whatever else must be so, some time after it
+  bool has_way_back = true;  // tested for this case; false: another case's is the same
+  std::function<bool(const WiredPack&)> holds{};  // further condition, some time after the fault
 };
 
 struct Row {
@@ -73,7 +75,7 @@ struct Row {
   std::string_view title;
   Duration allowed{};
   std::vector<Case> cases;
-  std::string_view state{};  // empty: held; else where it is tested, as the page says it
+  std::string_view state{};  // empty: held; else where it is tested, as printed on the page
 };
 
 struct Pack {
@@ -81,15 +83,15 @@ struct Pack {
   CoreConfig config;
 };
 
-/// Every case of the row on every pack; and its lines on the page.
+/// Tests every case of the row on every pack, and compares its lines on the page.
 void check_row(const Row& row);
 
-/// The longest reaction of a case on one pack, all of whose trials must be as the case says; none if it never opens.
+/// Longest reaction of a case on one pack; all of its trials must be as the case requires. None if it never opens.
 [[nodiscard]] std::optional<Duration> worst_time(const Case& one, const Pack& pack);
 
 /// Rows in the order of their numbers, those not run included.
 [[nodiscard]] const std::vector<const Row*>& all_rows();
-/// A row's lines as measured now.
+/// Lines of a row, as measured now.
 [[nodiscard]] std::vector<std::string> measured_lines(const Row& row);
 
 struct Registered {
@@ -97,24 +99,24 @@ struct Registered {
   Row row;
 };
 
-/// The small one and the large one.
+/// The small pack and the large one.
 [[nodiscard]] const std::vector<Pack>& packs();
-/// Closed, half a second later; a copy of one that was closed once.
+/// A pack half a second after its closing; it starts as a copy of one that is ready to close.
 [[nodiscard]] WiredPack closed_pack(const Pack& pack);
 
-/// Just where the case wants it to happen, but nothing has happened yet; none if the pack does not get there.
+/// The pack at the point at which the case injects its fault, before it; none if the pack does not reach that point.
 [[nodiscard]] std::optional<WiredPack> pack_in(const Case& one, const Pack& pack);
 
 [[nodiscard]] const FaultRow* find_fault(std::string_view name);
 [[nodiscard]] bool is_present(const WiredPack& pack, std::string_view fault);
 [[nodiscard]] bool is_open(const WiredPack& pack, Until until);
-/// The pack's configuration as the case wants it.
+/// The pack's configuration with the changes of the case.
 [[nodiscard]] CoreConfig config_for(const Case& one, const Pack& pack);
 /// Milliseconds, rounded up.
 [[nodiscard]] std::string ms_text(Duration duration);
 
-// How long what may go unseen: the periods on its way, the age at which it counts as lost, its confirm time, a tick,
-// and the command behind a frame that is just on the wire.
+// Longest reaction for each kind of detection: the periods on the way, the age at which a value counts as lost, its
+// confirm time, a tick, and the command after a frame that has just started on the wire.
 namespace seen {
 Duration in_cells(const CoreConfig& config, const FaultRow& row);
 Duration in_temperatures(const CoreConfig& config, const FaultRow& row);
@@ -162,9 +164,9 @@ Duration in_a_charge_that_goes_on(const CoreConfig& config, const FaultRow& row)
   }
 /// A row of the catalogue, as a test.
 #define FAULT(number, title, ...) BMUD_FAULT(number, title, "", __VA_ARGS__)
-/// One whose test takes seconds of processor time: `tools/test --fast` leaves it out.
+/// A row with a test that takes seconds of processor time: `tools/test --fast` skips it.
 #define SLOW_FAULT(number, title, ...) BMUD_FAULT(number, title, "[slow]", __VA_ARGS__)
-/// One that has a test of another form; only a line on the page.
+/// A row with a test of another form; only a line on the page.
 #define FAULT_TESTED_IN(number, where, ...)                    \
   static const ::bmu::test::Registered BMUD_JOIN(row_in_line_, \
                                                  __LINE__){::bmu::test::Row{number, {}, {}, {__VA_ARGS__}, where}};

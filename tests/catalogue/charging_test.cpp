@@ -1,6 +1,6 @@
-// Rows 82 to 103 of the catalogue again: what needs a history, a charger, an insulation monitor or lines of this
-// machine. Chargers that nobody drives listen to the vehicle's messages: that they give too much, or go on, is seen in
-// the current. Those on a bus are held against what they were asked for, too.
+// Rows 82 to 103 of the catalogue again: cases that need a history, a charger, an insulation monitor or GPIO lines of
+// this machine. Chargers without a driver follow the vehicle's messages: too much current, or one that goes on, is
+// detected in the pack current. The current of those on a bus is also compared with their commands.
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +26,7 @@ void with_insulation(CoreConfig& config) {
   config.insulation.monitoring = InsulationMonitoring::measured;
   config.limits.insulation_low = {.warn = 700'000, .open = 500'000, .hysteresis = 25'000, .confirm = 500ms};
 }
-/// One that is heard itself, once a second.
+/// A monitor on the bus, which reports once a second.
 void with_monitor_on_bus(CoreConfig& config) {
   with_insulation(config);
   config.insulation.driver = find_device("iso165c")->insulation;
@@ -41,7 +41,7 @@ void with_lines(CoreConfig& config) {
   config.lines = {.are_used = true, .has_supply_ok = true};
 }
 
-/// One charger of this protocol on the internal bus, which is asked for 8 A and could give 20.
+/// One charger of this protocol on the internal bus, which is commanded to 8 A and could give 20.
 void with_charger(CoreConfig& config, std::string_view protocol) {
   constexpr std::int32_t full_uV = 4'100'000;
   config.charger = {.driver = find_device(protocol)->charger,
@@ -57,18 +57,18 @@ void with_elcon(CoreConfig& config) {
 void with_brusa(CoreConfig& config) {
   with_charger(config, "brusa_nlg5");
 }
-/// Until it gives what it is asked for.
+/// Runs until it gives the commanded current.
 void charge_by_bus(WiredPack& pack) {
   pack.apply("charger current_A 20; charger connected");
   pack.run(8s);
 }
-/// The same in a pack that is driven, too.
+/// The same with the vehicle on, too.
 void charge_by_bus_while_on(WiredPack& pack) {
   pack.apply("vehicle on");
   charge_by_bus(pack);
 }
 
-/// What the lines say, each tick.
+/// Feeds the states of the GPIO lines, each tick.
 Act lines(LineImage image) {
   return [image](WiredPack& pack) {
     pack.observe(LinesSeen{image});
@@ -78,7 +78,7 @@ Act lines(LineImage image) {
   };
 }
 const Act good_lines = lines({.supply_ok = true});
-/// Heard from the start, which the pack was not ready for.
+/// Good lines; the fault from their absence at the start is cleared.
 void lines_from_the_start(WiredPack& pack) {
   good_lines(pack);
   pack.run(1500ms);
@@ -134,7 +134,7 @@ TEST_CASE("F82: a main positive that is welded shows with main negative alone, w
       WiredPack pack(config.config);
       weld_that_lies({"main_positive"})(pack);
       pack.run(key_after);
-      // Turned within the time a link has to discharge it is only held up; the next time it is a weld.
+      // A request within the discharge time of the DC link is only delayed; at the next one it is a weld.
       for (int turn = 0; turn < 3; ++turn) {
         pack.apply("vehicle on");
         pack.run(4s);
@@ -163,7 +163,7 @@ FAULT(82, "the link stays where the pack is", 5s + voltage_budget,
         .outcome = Outcome::never_closes,
         .holds = [](const WiredPack& pack) { return pack.phases_entered(Phase::main_negative) == 0; }}})
 
-// Told a tick and a frame after the time-out: one of 1.98 s keeps the 2 s to the word on the bus.
+// Confirmed a tick and a frame after the timeout: one of 1.98 s keeps the 2 s until the command is on the bus.
 SLOW_FAULT(86, "the precharge never gets there", 2s + 20ms,
            {{.what = "the precharge resistor is burnt out, time-out of 2 s as by default",
              .inject = {},
@@ -185,7 +185,7 @@ SLOW_FAULT(86, "the precharge never gets there, and the word open is out in 2 s"
              .fit = [](CoreConfig& config) { config.contactors.precharge_timeout = 1980ms; },
              .is_seen_open = false}})
 
-// From when the contact is closed, which takes it up to 20 ms.
+// From the closing of the contact, which takes up to 20 ms.
 FAULT(87, "the precharge is there at once", 20ms + 100ms,
       {{.what = "the link is at the pack's voltage as soon as the precharge begins",
         .inject = {},
@@ -247,7 +247,7 @@ TEST_CASE("F92: a key that is played with wears no contacts: nothing closes for 
     pack.run(100ms);
   }
   REQUIRE(waits.size() >= 3);
-  CHECK(waits.front() >= 2s);  // the first time it is nobody's play yet
+  CHECK(waits.front() >= 2s);  // the first opening does not count as key cycling yet
   for (std::size_t index = 1; index < waits.size(); ++index) CHECK(waits[index] >= 10s);
 }
 
@@ -354,8 +354,8 @@ SLOW_FAULT(96, "an insulation monitor on a bus is not heard", 2s,
              .span = 1s,
              .step = 47ms}})
 
-// While it tests itself it measures nothing, and how long that takes its maker does not say. A test that fails is
-// reported, and is one of the cases above.
+// It measures nothing during its self-test, and its maker does not state the duration. A failed test is reported, and
+// is one of the cases above.
 SLOW_FAULT(96, "an insulation monitor on a bus does not end its test", 10'600ms,
            {{.what = "an iso165C tests itself and never ends",
              .inject = script("insulation self_test running"),
@@ -382,7 +382,7 @@ TEST_CASE("F95: a low insulation that only warns while driving opens a pack whos
     CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 3s) == is_charging);
     CHECK(is_present(pack, is_charging ? "insulation_low" : "insulation_low_driving"));
     if (is_charging) continue;
-    pack.apply("charger connected");  // the drive is over
+    pack.apply("charger connected");  // ends the drive
     CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, 3s));
   }
 }
@@ -445,7 +445,7 @@ SLOW_FAULT(97, "a charger on a bus gives more than it is asked for", voltage_bud
              .switch_on = "charger connected",
              .has_way_back = false}})
 
-// It tells of itself once a second. The way back has a test of its own: the charge goes on by itself.
+// It reports once a second. The way back has a test of its own: the charge goes on by itself.
 SLOW_FAULT(98, "a charger on a bus that tells of itself once a second is not heard", 2'700ms,
            {{.what = "an Elcon charger loses its mains while it charges",
              .inject = script("charger mains off"),
@@ -468,8 +468,8 @@ FAULT(98, "a charger on a bus is not heard", 1s,
         .switch_on = "charger connected",
         .has_way_back = false}})
 
-// A charger may take 5 s to come down, and 2 s to begin with it; then three of its reports have to say that it does
-// not: of a driven pack the current into it may be the vehicle's.
+// A charger may take 5 s to reduce its current, and 2 s to begin with it; then three of its reports must show that it
+// does not: in a pack that is driven the current into it may be the vehicle's.
 SLOW_FAULT(99, "a charger on a bus that may take 5 s to follow goes on", 5'400ms,
            {{.what = "an Elcon charger goes on after its plug was pulled, the vehicle is on",
              .inject = script("charger unstoppable on; charger disconnected"),

@@ -7,7 +7,7 @@
 namespace bmu::test {
 namespace {
 
-/// On and off again, as often as it takes.
+/// Applies `on` and `off` in turns, without end.
 Act flickering(std::string_view on, std::string_view off, int on_ms, int off_ms) {
   return [=](WiredPack& pack) {
     pack.each_ms = [=, ms = 0](WiredPack& now) mutable {

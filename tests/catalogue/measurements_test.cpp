@@ -1,4 +1,4 @@
-// Rows 1 to 20 of the catalogue: what the measurements say of cells and pack.
+// Rows 1 to 20 of the catalogue: measurements of cells and pack.
 #include <algorithm>
 #include <string>
 
@@ -13,7 +13,7 @@ namespace {
 constexpr Duration voltage_budget = 450ms;
 constexpr Duration temperature_budget = 950ms;
 constexpr Duration communication_budget = 400ms;
-/// What a jump takes longer: until the module has sampled anew, and is asked again.
+/// Additional time of a jump: until the module has taken another sample and is polled again.
 constexpr Duration jump_doubt = internal_bus::temperature_sampling_period + 20ms;
 
 bool is_any_cells(const CanFrame& frame, const WiredPack& pack) {
@@ -22,7 +22,7 @@ bool is_any_cells(const CanFrame& frame, const WiredPack& pack) {
   return is_of_last_module(frame, pack) && std::find(std::begin(blocks), std::end(blocks), row) != std::end(blocks);
 }
 
-/// What a cell's module says, and with it the voltage sensors: otherwise their contradiction is the fault.
+/// Voltage of a cell, as its module reports it, and the voltage sensors with it: otherwise their mismatch is the fault.
 Act a_cell_really_at(const char* voltage_mV) {
   return [voltage_mV](WiredPack& pack) {
     const Plant& plant = pack.simulator().plant();
@@ -38,7 +38,7 @@ Act board_sensor_as(std::uint8_t raw) {
   return forging(is_message(internal_bus::temp_2), [raw](CanFrame& frame, const WiredPack&) { frame.data[3] = raw; });
 }
 
-/// By a share of what there is.
+/// Offset by a share of the true voltage.
 void offset_pack_voltage(WiredPack& pack, int permille) {
   const int offset_mV = static_cast<int>(pack.simulator().plant().pack_V() * permille);
   pack.apply("sensor pack_voltage offset_mV " + std::to_string(offset_mV));
@@ -132,7 +132,7 @@ SLOW_FAULT(4, "a cell's voltage is too low under load", voltage_budget,
                return limit.cause == LimitCause::cell_voltage_low && limit.limit_mA == 40'000;
              }}})
 
-// From just below the limit on, by 8 C a second: faster than any cell, and no jump.
+// From just below the limit on, by 8 C per second: faster than any cell, and no jump.
 FAULT(6, "a cell is too hot", temperature_budget,
       {{.what = "a cell gets hotter than 60 C",
         .inject = script("cell $C temperature_dC ..650 over 0.63"),
@@ -143,7 +143,7 @@ FAULT(6, "a cell is too hot", temperature_budget,
         .span = 620ms,
         .step = 23ms}})
 
-// Not believed before the module has taken another sample.
+// Not accepted before the module has taken another sample.
 SLOW_FAULT(6, "a temperature jumps further than a cell can", temperature_budget + jump_doubt,
            {{.what = "a cell at 65 C from one moment to the next",
              .inject = script("cell $C temperature_dC 650"),

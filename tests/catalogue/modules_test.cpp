@@ -1,5 +1,5 @@
-// Rows 21 to 37 of the catalogue: what becomes of the modules' answers on their way. Behind them 108 to 112: modules
-// that do not do what they are told, or live on their own cells.
+// Rows 21 to 37 of the catalogue: answers of modules that are lost or changed on their way. After them 108 to 112:
+// modules that do not follow commands, or are powered by their own cells.
 #include <array>
 #include <stdexcept>
 
@@ -28,7 +28,7 @@ FrameTest is_from(Station station) {
   return [station](const CanFrame& frame, const WiredPack&) { return station_of(frame) == station; };
 }
 
-/// The last module's whole answer to the next POLL, and no other.
+/// Changes the last module's whole answer to the next POLL, and no other.
 Act on_next_answer(const FrameChange& change) {
   return [=](WiredPack& pack) {
     const auto counter = static_cast<std::uint8_t>(pack.poll_counter() + 1);
@@ -38,7 +38,7 @@ Act on_next_answer(const FrameChange& change) {
   };
 }
 
-/// Three of every ten frames of the last module, evenly.
+/// Damages three of every ten frames of the last module, evenly.
 Act damaging_three_in_ten() {
   return [](WiredPack& pack) {
     pack.on_sent = [count = 0](CanFrame& frame, const WiredPack& now) mutable {
@@ -48,7 +48,7 @@ Act damaging_three_in_ten() {
   };
 }
 
-/// Only the last module's next frame.
+/// Changes only the last module's next frame.
 Act on_next_frame(const FrameChange& change) {
   return [change](WiredPack& pack) {
     pack.on_sent = [change, is_done = false](CanFrame& frame, const WiredPack& now) mutable {
@@ -71,7 +71,7 @@ FrameChange damage() {
   return [](CanFrame& frame, const WiredPack&) { frame.data[2] ^= 0x10U; };
 }
 
-/// What was sent last before now is sent again and again, in place of what is new.
+/// Sends the last frames from before now again, in place of the new ones.
 Act repeating(const FrameTest& test) {
   return [test](WiredPack& pack) {
     changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
@@ -81,7 +81,7 @@ Act repeating(const FrameTest& test) {
   };
 }
 
-/// From now on the counter stands at what it last was; the rest goes on.
+/// Freezes the counter at its last value; the data goes on.
 Act freezing_counter(const FrameTest& test) {
   return [test](WiredPack& pack) {
     changing(test, [old = pack.last_sent()](CanFrame& frame, const WiredPack&) {
@@ -91,7 +91,7 @@ Act freezing_counter(const FrameTest& test) {
   };
 }
 
-/// A second module under the last one's number: it says everything behind the first, and something else.
+/// A second module with the last one's node number: it sends each frame after the first one's, with other data.
 Act twin_of_last_module() {
   return [](WiredPack& pack) {
     pack.on_sent = [](CanFrame& frame, const WiredPack& now) {
@@ -104,7 +104,7 @@ Act twin_of_last_module() {
   };
 }
 
-/// An answer nobody asked for, each 10 ms: of the last module, `steps` behind what was asked last.
+/// Unsolicited answers of the last module, each 10 ms, with a counter `steps` from that of the last POLL.
 Act answers_without_question(int steps) {
   return [steps](WiredPack& pack) {
     pack.each_ms = [steps, ms = 0](WiredPack& now) mutable {
@@ -118,7 +118,7 @@ Act answers_without_question(int steps) {
   };
 }
 
-/// Every identifier that is listened to, with each wrong length, as remote frame and as its extended twin.
+/// Every identifier that is received, with each wrong length, as remote frame and as its extended twin.
 Act malformed_frames() {
   return [](WiredPack& pack) {
     pack.each_ms = [ms = 0U](WiredPack& now) mutable {
@@ -131,13 +131,13 @@ Act malformed_frames() {
       if (form < 8) frame.length = static_cast<std::uint8_t>(form == frame.length ? 0 : form);
       frame.is_remote = form == 8;
       frame.is_extended = form >= 9;
-      if (station_of(frame) == Station::sensor && frame.length == 6) return;  // that is its length
+      if (station_of(frame) == Station::sensor && frame.length == 6) return;  // its correct length
       now.send_as_stranger(frame);
     };
   };
 }
 
-/// A module nobody configured answers each POLL.
+/// A module that is not configured answers each POLL.
 Act unknown_module() {
   return [](WiredPack& pack) {
     pack.on_sent = [](CanFrame& frame, const WiredPack& now) {
@@ -150,13 +150,13 @@ Act unknown_module() {
   };
 }
 
-/// The pack file names each module.
+/// The pack file names the serial number of each module.
 void name_modules(CoreConfig& config) {
   constexpr std::uint32_t emulated_serial_base = 1000;
   for (ModuleConfig& module : config.modules) module.serial_number = emulated_serial_base + module.node;
 }
 
-/// Bled whenever there is a reason to, open or closed, after a short look.
+/// Balances whenever there is a reason to, open or closed, after a short settling time.
 void balance_at_rest(CoreConfig& config) {
   config.balancing.is_enabled = true;
   config.balancing.method = BalancingMethod::ocv;
@@ -164,7 +164,7 @@ void balance_at_rest(CoreConfig& config) {
   config.balancing.settle = 2s;
 }
 
-/// The last cell is bled.
+/// Runs until the last cell is bled.
 void bleed_last_cell(WiredPack& pack) {
   pack.apply("pack soc_permille 500; cell $C soc_permille 520");
   const auto is_bled = [](const WiredPack& now) {
@@ -173,7 +173,7 @@ void bleed_last_cell(WiredPack& pack) {
   if (!pack.run_until(is_bled, 60s)) throw std::runtime_error("no cell is bled");
 }
 
-/// It has been so for this long when the rest begins.
+/// Applies the events and runs for `duration` before the test goes on.
 Act lasting(Duration duration, std::string_view events) {
   return [=](WiredPack& pack) {
     pack.apply(events);

@@ -1,4 +1,4 @@
-// docs/reaction-times.md: what the catalogue's runs gave, committed and held against every run.
+// docs/reaction-times.md: results of the catalogue, committed and compared with every run.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace bmu::test {
 
-/// "| 21 | a module falls silent | ", by which a line of the page is known.
+/// "| 21 | a module falls silent | ", which identifies a line of the page.
 [[nodiscard]] std::string page_line_begin(int number, std::string_view what);
 /// The line of a case as committed; empty if there is none.
 [[nodiscard]] std::string committed_line(int number, std::string_view what);

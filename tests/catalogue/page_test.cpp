@@ -1,4 +1,4 @@
-// The page itself: its lines are compared by the rows' own tests, what is around them and their order here.
+// The page itself: the rows' own tests compare its lines, and these the text around them and their order.
 #include "tests/catalogue/page.hpp"
 
 #include <cstdlib>

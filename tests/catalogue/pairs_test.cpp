@@ -34,7 +34,7 @@ std::vector<Opening> openings() {
   return cases;
 }
 
-/// The second does not undo the first: both forging the same frames may make right ones of them.
+/// The second does not undo the first: two that forge the same frames may make correct ones of them.
 bool can_be_together(const Case& one, const Case& other, const WiredPack& pack) {
   WiredPack with_one = pack;
   WiredPack with_other = pack;
@@ -52,8 +52,7 @@ std::uint64_t seed() {
   return wanted == nullptr ? usual_seed : std::strtoull(wanted, nullptr, 10);
 }
 
-/// Every so many of the pairs, beginning with the first one: "2/3" are the second, fifth, ... It takes minutes to try
-/// all.
+/// A part of the pairs, from the first one on: "2/3" are the second, fifth, ... All of them take minutes.
 struct Part {
   std::size_t first = 0;
   std::size_t of = 1;
@@ -83,7 +82,7 @@ bool has(const Faults& faults, const Case& one) {
   return std::find(faults.begin(), faults.end(), one.fault) != faults.end();
 }
 
-// Of each of these the world has only one: the later cause would take the place of the earlier.
+// Each list is of one quantity of the emulated pack: the later cause would replace the earlier.
 const Faults last_cells_voltage{"cell_overvoltage", "cell_undervoltage", "cell_deep_discharge", "cell_imbalance"};
 const Faults temperatures{"cell_overtemperature", "cell_undertemperature", "charge_overtemperature",
                           "charge_undertemperature", "temperature_rise"};
@@ -114,23 +113,23 @@ const Faults of_modules{"cell_overvoltage",
 const Faults of_temperatures{"cell_overtemperature",    "cell_undertemperature", "charge_overtemperature",
                              "charge_undertemperature", "temperature_rise",      "board_overtemperature"};
 
-/// Which faults another one's cause leaves nothing to be seen of, while both last.
+/// Faults that the cause of another one hides while both last.
 struct Hiding {
   Faults by;
   Faults faults;
 };
 const std::vector<Hiding> hidings{
-    // A module that says nothing, nothing sound or nothing new.
+    // A module that sends nothing, nothing valid or nothing new.
     {{"module_lost", "module_disturbed", "stuck_values"}, of_modules},
-    // Cells that are not measured cannot be wrong, nor can their sum; nor can sensors that are not.
+    // Cells without a measurement cannot be wrong, nor can their sum; nor can sensors without one.
     {{"cell_not_measured", "open_wire"}, last_cells_voltage},
     {{"cell_not_measured", "open_wire", "voltage_sensor_lost", "current_sensor_lost"}, {"pack_voltage_mismatch"}},
     {{"cell_not_measured"}, {"stuck_values"}},
     {{"temperature_not_measured"}, of_temperatures},
     {{"current_sensor_lost"}, {"current_sensors_disagree"}},
-    // A cell that is told higher or lower moves the sum where the sensor's error is.
+    // A cell that is reported higher or lower moves the sum to the sensor's error.
     {last_cells_voltage, {"pack_voltage_mismatch"}},
-    // Counting another way means checksums made anew.
+    // A changed counter comes with a new checksum.
     {{"pdu_opened_by_itself"}, {"pdu_lost"}},
 };
 
@@ -141,7 +140,7 @@ bool is_hidden(const Case& one, const Case& other) {
                      [&](const Hiding& each) { return has(each.faults, one) && has(each.by, other); });
 }
 
-/// The shorter time of those that can be seen.
+/// The shorter time of the visible faults.
 Duration allowed_for(const Opening& first, const Opening& second) {
   const bool is_first_hidden = is_hidden(*first.what, *second.what);
   const bool is_second_hidden = is_hidden(*second.what, *first.what);
@@ -150,8 +149,8 @@ Duration allowed_for(const Opening& first, const Opening& second) {
   return std::min(first.allowed, second.allowed);
 }
 
-/// Closed, with what both cases need of configuration and world; none if they want it from different people, or each a
-/// world of its own.
+/// A closed pack with the configuration and preparation of both cases; none if they need different requests, or each a
+/// preparation of its own.
 std::optional<WiredPack> closed_for(const Case& one, const Case& other, const Pack& pack) {
   if (one.switch_on != other.switch_on || (one.prepare && other.prepare)) return std::nullopt;
   CoreConfig config = config_for(one, pack);
@@ -167,7 +166,7 @@ std::optional<WiredPack> closed_for(const Case& one, const Case& other, const Pa
   return closed;
 }
 
-/// Both at once: open within the shorter time, each told within its own, and nothing closes again.
+/// Both faults at once: open within the shorter time, each reported within its own, and nothing closes again.
 void check_pair(const Opening& first, const Opening& second, WiredPack pack) {
   const Case& one = *first.what;
   const Case& other = *second.what;
@@ -178,7 +177,7 @@ void check_pair(const Opening& first, const Opening& second, WiredPack pack) {
   const Duration opens_within = allowed_for(first, second);
   CHECK(pack.run_until([](const WiredPack& now) { return is_open(now, Until::command); }, opens_within));
   const auto is_told = [&](const Case& what, const Case& beside, Duration allowed) {
-    // Who opens first ends what only a closed pack shows; but one of the two it was.
+    // The first opening ends a fault that only a closed pack shows; but one of the two must be present.
     if (is_hidden(what, beside)) return true;
     if (!what.is_seen_open && !is_hidden(beside, what)) return true;
     return pack.run_until([&](const WiredPack& now) { return is_present(now, what.fault); },
@@ -245,8 +244,8 @@ constexpr Step steps[] = {{"main negative", Phase::main_negative},
 
 }  // namespace
 
-/// In each step of the closing, at its beginning and at every few milliseconds of it, a fault does what it does in a
-/// closed pack, and in the same time. A fault that only shows in a closed pack (a current, a contact) is none here.
+/// In each step of the closing, at its beginning and at every few milliseconds of it, a fault has the same effect as in
+/// a closed pack, in the same time. A fault that only shows in a closed pack (a current, a contact) is left out here.
 TEST_CASE("F105: a fault in a step of the closing opens as it does later", "[catalogue][F105][slow]") {
   const std::vector<Opening> cases = openings();
   for (const Pack& config : packs()) {
@@ -274,7 +273,7 @@ TEST_CASE("F105: a fault in a step of the closing opens as it does later", "[cat
   }
 }
 
-/// In an open pack a fault is told in its time and keeps it open; while it opens, opening does not take longer for it.
+/// In an open pack a fault is reported in its time and keeps the pack open; during the opening it does not delay it.
 TEST_CASE("F105: a fault in an open pack, or while it opens, is told, and nothing closes", "[catalogue][F105][slow]") {
   const auto is_phase = [](Phase phase) { return [phase](const WiredPack& now) { return now.phase() == phase; }; };
   for (const Pack& config : packs()) {

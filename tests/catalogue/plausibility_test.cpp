@@ -1,5 +1,5 @@
-// Rows 5 to 20 of the catalogue again: what only a pack with more in its configuration watches, and what one
-// measurement says of another.
+// Rows 5 to 20 of the catalogue again: faults that need more configuration to be monitored, and checks of one
+// measurement against another.
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -18,7 +18,7 @@ constexpr Duration temperature_budget = 950ms;
 void with_deep_discharge(CoreConfig& config) {
   config.limits.cell_deep_discharge = {.warn = 2'400'000, .open = 2'000'000, .hysteresis = 50'000};
 }
-/// Charged by whoever is on the link.
+/// Charged by any device on the DC link.
 void with_charge_temperatures(CoreConfig& config) {
   config.limits.charge_overtemperature = {.warn = 420, .open = 450, .hysteresis = 20, .confirm = 100ms};
   config.limits.charge_undertemperature = {.warn = 50, .open = 0, .hysteresis = 10, .confirm = 100ms};
@@ -30,14 +30,14 @@ void with_charge_contactor(CoreConfig& config) {
 void with_temperature_rise(CoreConfig& config) {
   config.limits.temperature_rise = LimitsConfig{}.temperature_rise;
 }
-/// So that the cells answer a current as far as the watchers need.
+/// Lets the cells respond to a current as far as the monitors need.
 void with_resistance(CoreConfig& config) {
   config.cell.series_resistance_Ohm = 0.001;
 }
 void with_imbalance(CoreConfig& config) {
   config.limits.cell_imbalance = {.warn = 200'000, .open = 400'000, .hysteresis = 50'000, .confirm = 300ms};
 }
-/// The current falls between 300 and 400 mV.
+/// The current limit falls between 300 and 400 mV.
 void with_imbalance_limit(CoreConfig& config) {
   with_imbalance(config);
   config.limits.cell_imbalance.limit = 300'000;
@@ -53,13 +53,13 @@ void a_cell_below_the_others(WiredPack& pack) {
   const double others_mV = plant.cell(plant.cell_count() - 1).voltage_V * 1e3;
   pack.apply("cell $C voltage_mV " + std::to_string(others_mV - 350.0));
 }
-/// The limit is half of what it is without the cells' difference: 350 mV, of 300 to 400.
+/// The limit is half of that without the cells' difference: 350 mV, of 300 to 400.
 bool is_half_for_imbalance(const CurrentLimit& limit, std::int32_t unhindered_mA) {
   const std::int32_t tolerance_mA = unhindered_mA / 100;
   return limit.cause == LimitCause::cell_imbalance && std::abs(limit.limit_mA - unhindered_mA / 2) <= tolerance_mA;
 }
 
-/// What the last module said of its cells and of all of them together, for ever, with counters that go on.
+/// Repeats the last module's present cell and module voltages permanently, with counters that go on.
 Act stuck_cells() {
   return [](WiredPack& pack) {
     forging(

@@ -1,4 +1,4 @@
-// What rules and requirements promise in numbers of their own, held against the longest reactions of the catalogue.
+// Limits that rules and requirements state themselves, compared with the longest reactions of the catalogue.
 #include <algorithm>
 
 #include "tests/catalogue/catalogue.hpp"
@@ -11,7 +11,7 @@ namespace {
 /// From the command on the bus to open contacts, at most.
 constexpr Duration contactor_time = 50ms;
 
-/// A temperature that jumps is no cell's doing; what is done about it takes half a second more, as the page says.
+/// A temperature that jumps is not that of a cell; the reaction takes half a second more, as stated on the page.
 bool is_promised(const Case& one) {
   return one.outcome == Outcome::opens && one.configured != seen::in_a_jump;
 }
@@ -23,7 +23,7 @@ bool has_fault(const Case& one) {
   return !one.fault.empty();
 }
 
-/// The longest of a row's openings, on all packs, of those cases.
+/// The longest of a row's openings, on all packs, of the counted cases.
 Duration longest(int number, bool (*is_counted)(const Case& one) = is_any) {
   Duration worst{};
   for (const Row* row : all_rows()) {
@@ -37,8 +37,8 @@ Duration longest(int number, bool (*is_counted)(const Case& one) = is_any) {
   return worst;
 }
 
-/// What the configuration lets them take: the number that holds for every order of things, not only for those tried.
-/// Also where the catalogue's own, shorter time is not met.
+/// The longest time that the configuration allows: it holds for every timing, not only for those tried. Also where the
+/// catalogue's own, shorter time is not met.
 Duration longest_configured(int number) {
   Duration worst{};
   for (const Row* row : all_rows()) {
@@ -89,7 +89,7 @@ TEST_CASE("lost, delayed and damaged messages open the pack within 500 ms", "[ca
   }
 }
 
-// Of the 30 s the monitor itself needs nearly all; what is ours begins with its word.
+// The monitor itself needs nearly all of the 30 s; the time of bmud starts with its report.
 TEST_CASE("a low insulation opens the pack within 1 s of the monitor's word, of 30 s in all",
           "[catalogue][formula_student]") {
   const Case low{.what = "the insulation is low",

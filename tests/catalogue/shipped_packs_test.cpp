@@ -1,5 +1,5 @@
-// Rows 86 to 88 on every pack that is shipped, as its file stands: what its numbers let through nobody sees on the two
-// packs the catalogue measures.
+// Rows 86 to 88 on every shipped pack, with its file as it is: gaps in its numbers do not show on the two packs that
+// the catalogue measures.
 #include <algorithm>
 #include <filesystem>
 
@@ -27,7 +27,7 @@ std::vector<Shipped> shipped_packs() {
   return packs;
 }
 
-/// Half charged, warm, its key turned; and run until it is closed or its tries are over.
+/// A pack at 70 %, warm, with its key turned; run until it is closed or its attempts are over.
 WiredPack switched_on(const Shipped& shipped, std::string_view prepare) {
   WiredPack pack(shipped.config);
   pack.apply("pack soc_permille 700");
@@ -42,7 +42,7 @@ WiredPack switched_on(const Shipped& shipped, std::string_view prepare) {
   return pack;
 }
 
-/// One of the faults is there at the end; none given: whichever was first.
+/// One of the faults is present at the end; none given: any.
 void check_never_closes(std::string_view prepare, std::vector<std::string_view> faults) {
   for (const Shipped& shipped : shipped_packs()) {
     const WiredPack pack = switched_on(shipped, prepare);

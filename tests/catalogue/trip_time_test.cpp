@@ -1,5 +1,5 @@
-// How fast hard limits can be: a pack set up for it, at 500 kbit/s, over all phase shifts. And the Formula Student
-// accumulator as shipped, against the times of its rules.
+// Shortest reactions to hard limits: a pack configured for them, at 500 kbit/s, over all phase shifts. And the Formula
+// Student accumulator as shipped, against the times of its rules.
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -25,7 +25,7 @@ Pack shipped(const char* file) {
   return {file, read->core};
 }
 
-/// 16 modules of 12 cells, asked twice as often as by default.
+/// 16 modules of 12 cells, polled twice as often as by default.
 const Pack& fast_pack() {
   static const Pack pack = shipped("traction-16x12.json");
   return pack;
@@ -35,7 +35,7 @@ const Pack& racing_pack() {
   return pack;
 }
 
-/// The longest of a case that opens in every trial, over more than a poll period in steps of 1 ms.
+/// The longest reaction of a case that opens in every trial, over more than a poll period in steps of 1 ms.
 Duration longest(Case one, const Pack& pack, Duration span = 60ms, Duration step = 1ms) {
   one.span = span;
   one.step = step;
@@ -45,7 +45,7 @@ Duration longest(Case one, const Pack& pack, Duration span = 60ms, Duration step
   return *worst;
 }
 
-/// A value of this pack's own limits, a little beyond.
+/// The event for a value a little beyond this pack's own limit.
 std::string beyond(std::string_view property, std::int32_t value) {
   return std::string(property) + " " + std::to_string(value);
 }
@@ -71,8 +71,8 @@ std::vector<Case> hard_limits(const Pack& pack) {
   };
 }
 
-/// Of a cell that is warm already: by a little, from a little below, as a jump would open for its rise or its distance
-/// from the others.
+/// Of a warm cell: beyond the limit by a little, from a little below, because a jump would open for its rise or its
+/// distance from the others.
 Case just_too_hot(const Pack& pack) {
   const std::int32_t hot_dC = pack.config.limits.cell_overtemperature.open;
   Case hot = of_last_cell("a cell is too hot", "temperature_dC", hot_dC + 5, "cell_overtemperature");
@@ -186,15 +186,15 @@ Pack slowest_accepted(const char* file, const char* name) {
   }
   UNSCOPED_INFO(file << ": at most confirm_ms " << accepted_ms);
   CoreConfig slow = *with_confirm(accepted_ms);
-  // What else a jump opens for, and sooner.
+  // Faults for which a jump would open sooner.
   slow.limits.temperature_rise = slow.limits.temperature_spread = never_above;
   return {name, slow};
 }
 
 }  // namespace
 
-// docs/safety.md has both times. The checks of the pack file reckon with the first; the second is that and the time in
-// which a module samples again.
+// docs/safety.md has both times. The checks of the pack file use the first; the second is that and the time in which a
+// module takes another sample.
 TEST_CASE("a shipped pack, slowed as far as its file may be, opens on a hot cell within 950 ms, on a jump 520 ms later",
           "[catalogue][trip][safety][F6][slow]") {
   constexpr Duration warmed_max = 950ms;
@@ -232,7 +232,7 @@ TEST_CASE("shipped packs, slowed as far as their files may be, open on a low ins
   CHECK(longest(line, with_line, 150ms, 7ms) <= 1'020ms);
 }
 
-// Bounded by the cell's curve: 5 mV are due after 0.36 Ah, wherever it stands, and then the limit's 8 s begin.
+// Bounded by the cell's curve: 5 mV are due after 0.36 Ah, at any state of charge, and then the limit's 8 s begin.
 TEST_CASE("a module of the shipped packs that repeats itself at a steady current opens after 0.36 Ah",
           "[catalogue][trip][F12][slow]") {
   struct Steady {
@@ -279,8 +279,8 @@ TEST_CASE("a current sensor of the shipped packs that stands still is noticed wi
   }
 }
 
-// EV 6.3: within 30 s of the fault. The monitor's own time to follow a resistance is its maker's number, 20 s at most
-// for the usual ones; the emulated one follows at once, so what is measured here is ours.
+// EV 6.3: within 30 s of the fault. The monitor's own time to follow a resistance is given by its maker, 20 s at most
+// for the usual ones; the emulated one follows at once, so the time of bmud is measured here.
 TEST_CASE("the racing accumulator as shipped opens on a low insulation within 2 s of the monitor's word",
           "[catalogue][formula_student][FS_3]") {
   const Case half{.what = "21 kOhm, half of what the rules ask for",

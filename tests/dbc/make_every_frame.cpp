@@ -1,11 +1,11 @@
-// Writes a candump log with every message of our tables, from several nodes, with every value of its selector: each
-// signal at its ends, at its special codes, at the values that have names and at some between. Every frame passes its
-// receive check. The same log each time.
+// Writes a candump log with every message of bmud's tables, from several nodes, with every value of its selector: each
+// signal at its limits, at its special codes, at its named values and at some between. Every frame passes its receive
+// check. The log is the same each time.
 //
-//   make_every_frame DIALECT > FILE                   of the vehicle messages: iha, original or elithion
-//   make_every_frame --device NAME > FILE             of a foreign device
+//   make_every_frame DIALECT > FILE                   dialect of the vehicle messages: iha, original or elithion
+//   make_every_frame --device NAME > FILE             of a third-party device
 //   make_every_frame --device NAME little > FILE      of one that is configured for little-endian values
-//   make_every_frame --device charger > FILE          of every charger there is
+//   make_every_frame --device charger > FILE          of every supported charger
 #include <array>
 #include <cstdio>
 #include <map>
@@ -27,7 +27,7 @@ using namespace bmu;
 constexpr std::uint8_t nodes[] = {1, 2, 63};
 constexpr int frames_each = 60;
 
-/// Same numbers from every standard library, unlike its distributions.
+/// Gives the same numbers with every standard library, unlike its distributions.
 class Random {
  public:
   std::uint64_t next() {
@@ -42,7 +42,7 @@ class Random {
 class LogMaker {
  public:
   void run(const Catalogue& vehicle) {
-    // Answers come before the questions: then no answer can be late.
+    // Answers come before the requests: then no answer can be late.
     for (const bool is_question : {false, true}) {
       for (const MessageSpec* message : internal_bus::catalogue.messages()) {
         const bool asks = message == &internal_bus::poll || message == &internal_bus::command;
@@ -54,7 +54,7 @@ class LogMaker {
   void run_alone(const Catalogue& catalogue) {
     for (const MessageSpec* message : catalogue.messages()) every_node(*message);
   }
-  /// From all nodes it has, as its DBC has them.
+  /// From all its nodes, as in its DBC.
   void run_device(const Device& device, bool is_little_endian) {
     const Catalogue& catalogue = is_little_endian ? *device.little_endian : *device.catalogue;
     for (const MessageSpec* message : catalogue.messages()) {
@@ -121,7 +121,7 @@ class LogMaker {
   Random random_;
 };
 
-/// False: there is none of that name, or none of that byte order.
+/// False: no device has that name, or that byte order.
 bool run_devices(std::string_view name, bool is_little_endian) {
   LogMaker maker;
   bool has_any = false;

@@ -1,4 +1,4 @@
-// The project's files with those of a page's example over them, as if the example had been added to the project.
+// Overlays the files of a page's example on the project's files, as if the example had been added to the project.
 #include <filesystem>
 
 #include "tests/support/folders.hpp"

@@ -1,5 +1,5 @@
-// Lines of a candump log and of its screen: what is taken is written again and read as the same, what is not is
-// complained about at a place that the line has.
+// Lines of a candump log and of its screen: an accepted line is written again and read as the same, a rejected one is
+// reported with a position within the line.
 //
 // Input: lines.
 #include <array>
@@ -35,7 +35,7 @@ void check_damage(const LogLineDamage& damage, std::string_view line) {
   FUZZ_CHECK(damage.column <= line.size() && to_text(damage.wanted) != "?");
 }
 
-/// A line of a log is one of a screen, too.
+/// A line of a log is also valid on a screen.
 void check_screen_line(std::string_view line) {
   static ScreenRoom room;
   const auto parsed = parse_screen_line(line, room);

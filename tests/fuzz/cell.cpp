@@ -1,4 +1,4 @@
-// Cell files: one that is accepted is written as a text that is accepted, and is then written the same again.
+// Cell files: an accepted one is written as a text that is accepted, and is then written the same again.
 //
 // Input: a cell file.
 #include "config/cell_file/cell_config.hpp"

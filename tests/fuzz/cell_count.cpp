@@ -1,10 +1,11 @@
-// The number of cells that was set over the serial console, kept beside the state file: it is in force only if the file
-// says it to the byte, for this pack file, which holds with that many cells; else the pack file's own is, and there is
-// one line to tell. It is written the same again, and what is set afterwards is what the next start finds.
+// The number of cells that was set over the serial console, stored beside the state file: it is in force only if the
+// file is exact to the byte, for this pack file, and the pack file is valid with that many cells; else the pack file's
+// own number is in force, and one line is logged. It is written the same again, and a number set afterwards is found at
+// the next start.
 //
-// Input: the file. One that begins with '@' is its content alone, which gets the checksum that it should have; "@@" and
-// a number is the content for this pack. Behind a line "=== previous" stands the file before it, and behind one "===
-// set" the number that is set afterwards.
+// Input: the file. One that starts with '@' is its content alone, which gets a valid checksum; "@@" and a number is the
+// content for this pack. After a line "=== previous" comes the file before it, and after one "=== set" the number that
+// is set afterwards.
 #include "config/cell_count.hpp"
 
 #include <array>
@@ -34,7 +35,7 @@ std::string hex_of(std::uint64_t number) {
   return hex.data();
 }
 
-/// Of six cells on one module.
+/// The pack of six cells on one module.
 const PackConfig& pack() {
   static const PackConfig config = [] {
     auto loaded = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
@@ -58,7 +59,7 @@ std::string file_of(std::string_view text) {
   return text.starts_with('@') ? sealed(std::string(text.substr(1))) : std::string(text);
 }
 
-/// What a file says of this pack, if nothing about it is wrong.
+/// The number that a valid file contains for this pack.
 std::optional<std::size_t> count_in(const std::string& text) {
   static const auto texts = [] {
     std::array<std::string, cells_max + 1> all;
@@ -73,8 +74,8 @@ std::optional<std::size_t> count_in(const std::string& text) {
   return std::nullopt;
 }
 
-/// Set on a disk with these files, and found by the next start; or refused with a line that says why, and nothing is
-/// another. A number in force already is not written.
+/// Checks that the number is set on a disk with these files, and found at the next start; or refused with one line that
+/// gives the reason, without any change. A number that is in force already is not written.
 void check_set(std::size_t count, const test::DiskImage& before) {
   test::ModelDisk disk(before);
   CellCountSetting setting(pack(), state_path, disk);
@@ -100,13 +101,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   test::ModelDisk disk(files);
   const CellCountSetting setting(pack(), state_path, disk);
   const std::size_t own_count = cell_count(pack().core);
-  // The one before it counts only where there is no other: it is a number that somebody has taken back.
+  // The previous file counts only if there is no other: it is a number that was withdrawn.
   const auto said = files.empty() ? std::nullopt : count_in(files.begin()->second);
   FUZZ_CHECK(cell_count(setting.pack().core) == said.value_or(own_count));
   FUZZ_CHECK(setting.told().empty() == (files.empty() || said == own_count));
   FUZZ_CHECK(setting.told().find('\n') == std::string::npos);
 
-  // Written the same again, where there was nothing.
+  // Written the same again, on an empty disk.
   if (said) check_set(*said, {});
   const auto to_set = with_set.size() > 1 ? number_of_text<std::size_t>(with_set[1]) : std::nullopt;
   if (to_set) check_set(*to_set, files);

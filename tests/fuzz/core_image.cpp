@@ -1,8 +1,8 @@
-// Images of a core in which somebody has changed something: each is refused, or is what the core then has, to the byte,
-// and the core goes on with it, commanding no more than it has decided.
+// Images of a core with modifications: each is refused, or the core then has exactly this image, and continues with it,
+// commanding no more than it has decided.
 //
-// Input: the life that the image is of (1), then changes of 12 bytes: place (3), width (1), value (8). The places are
-// counted over the bytes that are in use, or over all if the highest bit is set: most of an image are zeros.
+// Input: the session that the image is from (1), then changes of 12 bytes: position (3), width (1), value (8).
+// Positions index the bytes that are in use, or all bytes if the highest bit is set: most of an image are zeros.
 #include "daemon/core/core_image.hpp"
 
 #include <memory>
@@ -24,8 +24,8 @@ struct Step {
 struct Life {
   CoreConfig config;
   std::vector<std::uint8_t> image;
-  std::vector<std::size_t> in_use;  // places in it
-  std::vector<Step> next;           // what came then
+  std::vector<std::size_t> in_use;  // positions in it
+  std::vector<Step> next;           // following observations and decisions
 };
 
 std::vector<std::size_t> places_in_use(const std::vector<std::uint8_t>& image) {

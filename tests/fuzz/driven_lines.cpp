@@ -1,6 +1,6 @@
-// The file of driven lines, as the stop hook takes it: what is accepted is written as a text that says the same and is
-// written the same again, and its lines are those that are opened, all of them and no other. Of a file that is damaged
-// there is a message of one line, and the lines of the pack file are opened.
+// The file of driven lines, as the stop hook reads it: an accepted one is written as a text with the same content that
+// is written the same again, and all its lines are opened and no other. For a damaged file there is a message of one
+// line, and the lines of the pack file are opened.
 //
 // Input: the file. Whether the kernel grants all lines in one request follows from its size.
 #include "daemon/shell/gpio/driven_lines.hpp"
@@ -25,9 +25,9 @@ using nlohmann::json;
 /// A chip and one of its lines.
 using Line = std::pair<std::string, std::uint32_t>;
 
-constexpr std::uint32_t chip_lines = UINT32_MAX;  // as many as a chip can have: its last line has one number less
+constexpr std::uint32_t chip_lines = UINT32_MAX;  // the maximum of a chip: its last line has one number less
 
-/// A kernel with every chip and every line, which takes down what it is asked to drive.
+/// A kernel with every chip and every line, which records the lines that it is requested to drive.
 class EveryChip final : public GpioSystem {
  public:
   explicit EveryChip(bool grants_one_at_a_time) : grants_one_at_a_time_(grants_one_at_a_time) {}
@@ -35,7 +35,7 @@ class EveryChip final : public GpioSystem {
   std::set<Line> driven;
 
   int open_chip(const std::string& file) override {
-    chip_ = file.c_str();  // as far as the kernel reads it
+    chip_ = file.c_str();  // up to the zero byte, as the kernel reads it
     return chip_fd;
   }
   int chip_info(int, gpiochip_info& out) override {
@@ -55,7 +55,7 @@ class EveryChip final : public GpioSystem {
   void close_fd(int) override {}
 
  private:
-  static constexpr int chip_fd = 1000;  // of nobody
+  static constexpr int chip_fd = 1000;  // not a real descriptor
   static constexpr int lines_fd = 1001;
 
   std::string chip_;
@@ -77,7 +77,7 @@ std::set<Line> lines_of(const GpioConfig& gpio) {
   return lines;
 }
 
-/// As any reader of JSON finds them in the file.
+/// The lines in the file, found by a generic JSON reader.
 std::set<Line> lines_in(std::string_view text) {
   std::set<Line> lines;
   const json file = json::parse(text);
@@ -104,7 +104,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::MemoryFile file(text);
   const auto read = read_driven_lines(file.path());
   if (read) {
-    FUZZ_CHECK(read->has_value());  // it is there
+    FUZZ_CHECK(read->has_value());  // the file exists
     check_written_again(**read);
   } else {
     const std::string message = to_text(read.error());

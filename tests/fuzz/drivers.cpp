@@ -1,8 +1,8 @@
-// Frames as each device's driver reads them: what is taken is possible, nothing is taken of a frame that is none or
-// refused, and what a driver has read it says again the same way, for the emulated devices and for what goes out
-// through a gate.
+// Frames as each device's driver reads them: accepted values are valid, an unknown or refused frame changes nothing,
+// and values that a driver has read are encoded and read again with the same result, for the emulated devices and for
+// frames sent through a gate.
 //
-// Input: which device (1), options of modules and inverters (1), then 12 bytes a frame: how (1: .0 with the length of
+// Input: which device (1), options of modules and inverters (1), then 12 bytes per frame: how (1: .0 with the length of
 // its row), which row (2), length (1), 8 data bytes.
 #include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
@@ -37,7 +37,7 @@ void check_charger(const ChargerDriver& driver, const CanFrame& frame,
     FUZZ_CHECK(report.troubles < 1U << charger_trouble_count);
     std::array<ChargerReport, charger_units_max> again{};
     for (const CanFrame& said : driver.reports(news.unit, report)) static_cast<void>(driver.take(said, again));
-    // An emulated charger knows its voltage.
+    // An emulated charger always has a valid voltage.
     FUZZ_CHECK(!report.voltage_mV.is_valid() || again[news.unit].voltage_mV == report.voltage_mV);
   }
   if (const auto command = driver.order_of(frame)) {
@@ -61,7 +61,7 @@ void check_current(const CurrentSensorDriver& driver, const CanFrame& frame) {
 void check_monitor(const InsulationDriver& driver, const CanFrame& frame, MonitorReport& report) {
   const MonitorReport before = report;
   if (driver.take(frame, report) != MonitorWord::report) return FUZZ_CHECK(report == before);
-  // While it measures nothing there is no resistance of now.
+  // While it does not measure there is no current resistance.
   if (report.is_off || report.is_testing) FUZZ_CHECK(!report.resistance_Ohm.is_valid());
   MonitorReport again;
   FUZZ_CHECK(driver.take(driver.report(report), again) == MonitorWord::report);

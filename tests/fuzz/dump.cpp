@@ -1,5 +1,5 @@
-// What bmudump makes of a log: a line of text, and one of JSON that a machine can read, for every frame; and summary
-// and table of all of them.
+// The output of bmudump for a log: a line of text, and one of valid JSON, for every frame; and summary and table of all
+// of them.
 //
 // Input: lines of a log or of a screen.
 #include <string>
@@ -17,9 +17,9 @@ using namespace bmu::dump;
 namespace {
 
 constexpr std::uint32_t bit_rate = 500'000;
-constexpr std::size_t log_max = 8'192;  // what it is printed as stays within the writer's buffer
+constexpr std::size_t log_max = 8'192;  // its output stays within the writer's buffer
 
-/// Tables that take longer to make than a log takes to show; nothing of an input stays in them but in `start`.
+/// Tables that take longer to make than a log takes to show; an input changes only `start`.
 struct Tables {
   DumpCatalogue catalogue{{}};
   LineStart start{{}};
@@ -31,7 +31,7 @@ Tables& tables() {
   return made;
 }
 
-/// Each line by itself.
+/// Checks each line by itself.
 bool are_json(std::string_view text) {
   const auto lines = fuzz::lines_of(text);
   return std::all_of(lines.begin(), lines.end(), [](std::string_view line) { return nlohmann::json::accept(line); });
@@ -43,7 +43,7 @@ class Shown {
 
   void take(const LogLine& line) {
     Bus* const bus = buses_.find(line.bus);
-    if (bus == nullptr) return;  // one too many
+    if (bus == nullptr) return;  // too many buses
     ++frames_;
     static_cast<void>(line.kind == LogLineKind::frame && bus->dialect.note(line.frame));
     const CheckedFrame verdict = line.kind == LogLineKind::frame ? bus->check.check(line.frame) : CheckedFrame{};

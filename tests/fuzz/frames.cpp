@@ -1,7 +1,7 @@
 // Frames of every bus and device: the receive check, and the codec both ways.
 //
-// Input: which bus (1; from 80h on, which device), then 12 bytes a frame. How it is made (`How`, below), identifier
-// (2), length, 8 data bytes.
+// Input: which bus (1; from 80h on, which device), then 12 bytes per frame: properties (`How`, below), identifier (2),
+// length, 8 data bytes.
 #include "devices/device_list.hpp"
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -28,7 +28,7 @@ struct How {
   [[nodiscard]] bool is_extended() const { return (bits & 0x01U) != 0; }
   [[nodiscard]] bool is_remote() const { return (bits & 0x02U) != 0; }
   [[nodiscard]] bool is_error() const { return (bits & 0x04U) != 0; }
-  /// With the length and checksum that its row wants: what guessing would not find.
+  /// With the length and checksum of its row, which random bytes would not match.
   [[nodiscard]] bool is_sealed() const { return (bits & 0x08U) != 0; }
   [[nodiscard]] bool is_sent() const { return (bits & 0x10U) != 0; }
 };
@@ -39,7 +39,7 @@ CanFrame next_frame(fuzz::Numbers& input, const How& how, const Catalogue& catal
                  .is_remote = how.is_remote(),
                  .is_error = how.is_error()};
   if (!how.is_extended()) frame.id %= Catalogue::id_count;
-  // Of 29 bits two bytes find none: one that somebody has.
+  // Two bytes do not match any 29-bit identifier: one of the catalogue is used.
   const MessageSpec& chosen = *catalogue.messages()[frame.id % catalogue.messages().size()];
   if (how.is_extended() && chosen.is_extended) frame.id = chosen.base_id;
   frame.length = input.next<std::uint8_t>() % 9;
@@ -52,7 +52,7 @@ CanFrame next_frame(fuzz::Numbers& input, const How& how, const Catalogue& catal
   return frame;
 }
 
-/// Whether the row has the signal while its selector says what it says in this frame.
+/// True if the row has the signal for the selector value in this frame.
 bool has_signal(const MessageSpec& message, const SignalSpec& signal, const CanFrame& frame) {
   return is_selected(signal, raw_of(message.signals[0], frame.data));
 }
@@ -61,13 +61,13 @@ bool has_wrong_form(const CanFrame& frame) {
   return frame.is_remote || frame.is_error;
 }
 
-/// What was decoded means the same when it has been encoded and is decoded again.
+/// Decoded values are the same after they have been encoded and decoded again.
 void check_codec(const MessageMatch& match, const CanFrame& frame) {
   const MessageSpec& message = *match.message;
   CanFrame again = make_frame(message, match.node);
   for (const SignalSpec& signal : message.signals) {
     const SignalValue value = decode_signal(signal, frame.data);
-    // A number that the field must not hold, and has no code to say so, cannot be sent.
+    // A value outside the range of a field without a code for it cannot be sent.
     const bool can_be_sent = value.is_valid() || !signal.special.empty();
     if (has_signal(message, signal, frame) && can_be_sent) encode_signal(signal, value, again.data);
   }
@@ -94,7 +94,7 @@ void check_verdict(const ReceiveCheck& before, const ReceiveCheck& after, const 
   FUZZ_CHECK(frame.is_extended == verdict.message->is_extended);
   FUZZ_CHECK(!has_wrong_form(frame) && !content_fault(*verdict.message, frame));
   check_codec({verdict.message, verdict.node}, frame);
-  // Old news is none; but for a module that says who it is without having been asked, as often as it likes.
+  // A repeated frame is refused; except from a module that identifies itself unsolicited, as often as it likes.
   ReceiveCheck second = after;
   const bool is_counted = verdict.message->protection != Protection::none;
   const bool is_unsolicited = verdict.message == &internal_bus::ident && frame.data[6] == 0;

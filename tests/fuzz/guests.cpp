@@ -1,9 +1,9 @@
-// Frames of strangers as a whole core hears them, on every bus and at any time: modules of other makers, chargers,
-// inverters, sensors, a second pack, requests for data. Nothing is commanded closed without permission, nothing leaves
-// that no row has, and the answers to requests are as long as they say.
+// Frames of third-party devices as received by a whole core, on every bus and at any time: modules of other makers,
+// chargers, inverters, sensors, a second pack, requests for data. No contactor is commanded closed without permission,
+// no frame without a row is sent, and the answers to requests are as long as their length field states.
 //
-// Input: which pack (1), then 14 bytes a frame: time since the last one (1, in ms), bus (1), how (1: .0 sealed as its
-// row wants it, .1 of a stranger's catalogue), which row (2), length (1), 8 data bytes.
+// Input: which pack (1), then 14 bytes per frame: time since the last one (1, in ms), bus (1), how (1: .0 sealed as its
+// row requires, .1 to .7 the node), which catalogue and row (2), length (1), 8 data bytes.
 #include <memory>
 
 #include "daemon/core/core.hpp"
@@ -35,7 +35,7 @@ const CoreConfig& pack(std::uint8_t which) {
   return packs[which % std::size(packs)];
 }
 
-/// A row of a stranger, or of our own buses; or a request for data.
+/// A row of a third-party device, or of bmud's own buses; or a request for data.
 CanFrame next_frame(fuzz::Numbers& input) {
   constexpr std::size_t catalogue_count_of_ours = 2;
   const std::uint8_t how = input.next<std::uint8_t>();
@@ -65,7 +65,7 @@ void check_decisions(const Core& core, const Decisions& decisions, TimePoint now
   for (const OutgoingFrame& out : decisions.frames) {
     FUZZ_CHECK(out.frame.length <= 8 && !out.frame.is_remote && !out.frame.is_error);
     const bool is_answer = out.port == Port::vehicle && !out.frame.is_extended && out.frame.id == reply_id;
-    // b0 says how many bytes follow.
+    // b0 is the number of bytes that follow.
     if (is_answer) FUZZ_CHECK(out.frame.data[0] < 8 && out.frame.data[0] + 1U <= out.frame.length);
   }
 }

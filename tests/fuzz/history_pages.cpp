@@ -1,7 +1,7 @@
-// Histories, damaged or made up, whether SQLite still opens them or not: only whole rows are given out, the same each
-// time, and the file is not changed by it.
+// Histories, damaged or made up, that SQLite can open or not: only complete rows are returned, the same each time, and
+// the file is not changed by it.
 //
-// Input: a file; and by its first byte how large the pages are that are looked through for rows of any kind.
+// Input: a file; its first byte gives the size of the pages that are searched for rows of any kind.
 #include <fstream>
 #include <iterator>
 #include <string>

@@ -1,4 +1,4 @@
-// The insulation monitor's signal: every one has a meaning, and the meaning makes a signal that has it again.
+// The insulation monitor's signal: each one is decoded to a state, and encoding gives a signal of the same state again.
 //
 // Input: frequency (4), duty cycle (4), level (1), time since the last edge in ns (8).
 #include "protocol/ir155.hpp"

@@ -1,4 +1,4 @@
-// A file without a place in any folder, for what reads from or writes to a descriptor, or opens a path.
+// A file outside of any folder, for functions that read from or write to a descriptor, or open a path.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ class MemoryFile {
   ~MemoryFile() { ::close(fd_); }
 
   [[nodiscard]] int fd() const { return fd_; }
-  /// As long as this lives.
+  /// Valid while the object exists.
   [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
   [[nodiscard]] std::string text() const {
     std::string bytes(static_cast<std::size_t>(::lseek(fd_, 0, SEEK_END)), '\0');

@@ -1,7 +1,8 @@
-// Pack files: every problem has a place that exists; a pack that is accepted keeps to the ranges of its keys, is the
-// same when it is read again, and a core of it decides without letting anything close before it has seen the pack.
+// Pack files: every problem has an existing location; an accepted pack keeps to the ranges of its keys, is the same
+// when it is read again, and a core with it decides without permitting any closing before it has received data of the
+// pack.
 //
-// Input: a pack file, and behind a line "=== cell" the file that its cell is in.
+// Input: a pack file, and after a line "=== cell" the file of its cell.
 #include <cmath>
 
 #include "config/cell_count.hpp"
@@ -31,7 +32,7 @@ void check_problem(const ConfigProblem& problem, const PackSources& sources) {
   if (!problem.at) return;
   const bool is_pack = problem.file == sources.pack_name;
   const auto lines = fuzz::lines_of(is_pack ? sources.pack_text : sources.cell_text);
-  // The end of a text is behind its last line feed.
+  // The end of a text is after its last line feed.
   FUZZ_CHECK(problem.at->line >= 1 && problem.at->line <= lines.size() + 1);
   const std::size_t length = problem.at->line <= lines.size() ? lines[problem.at->line - 1].size() : 0;
   FUZZ_CHECK(problem.at->column >= 1 && problem.at->column <= length + 1);
@@ -40,9 +41,9 @@ void check_problem(const ConfigProblem& problem, const PackSources& sources) {
 template <class Target>
 void check_fields(std::span<const Field<Target>> fields, const Target& target) {
   for (const Field<Target>& field : fields) {
-    if (field.read == nullptr) continue;  // for editors, as "$schema"
+    if (field.read == nullptr) continue;  // for editors, e.g. "$schema"
     const FieldValue value = field.read(target);
-    if (value == field.read(Target{})) continue;  // left out
+    if (value == field.read(Target{})) continue;  // omitted
     if (const auto* const number = std::get_if<double>(&value)) {
       const double rounding = field.info.type == FieldType::integer ? 0.0 : 1e-6 * std::abs(*number) + 0.5;
       FUZZ_CHECK(*number >= field.info.min - rounding && *number <= field.info.max + rounding);
@@ -56,7 +57,7 @@ void check_fields(std::span<const Field<Target>> fields, const Target& target) {
 void check_bounds(PackConfig pack) {
   check_fields(pack_fields(), pack);
   visit_sections(pack, [](const SectionInfo& section, auto fields, const auto& target) {
-    // Paces and the like that are left out follow from others (pack_defaults.hpp).
+    // Omitted poll periods and the like are derived from others (pack_defaults.hpp).
     if (section.key != "poll") check_fields(fields, target);
   });
   FUZZ_CHECK(!pack.core.modules.empty());
@@ -66,7 +67,7 @@ void check_bounds(PackConfig pack) {
   }
 }
 
-/// Nobody has told it anything but that the buses are there.
+/// The core has no observation except that the buses are up.
 void check_core(const PackConfig& pack) {
   const auto core = std::make_unique<Core>(pack.core, TimePoint{1s});
   for (const Port port : {Port::internal, Port::vehicle}) {
@@ -81,7 +82,7 @@ void check_core(const PackConfig& pack) {
   }
 }
 
-/// The emulated pack is of one kind for all packs that there may be.
+/// The emulated pack is the same for all possible packs.
 void check_simulator(const PackConfig& pack) {
   VirtualRun run(pack.core, simulator_config(pack.core), {});
   while (run.elapsed() < 60ms) run.step();

@@ -1,5 +1,5 @@
-// Logs and recordings as they lie on a disk, packed or not, whole or torn: the same text comes out whatever the room to
-// write to, each damage has its place in the file, and lines are those of the text.
+// Logs and recordings from a disk, compressed or not, complete or torn: the text is the same for any size of the output
+// buffer, each damage has its position in the file, and lines are those of the text.
 //
 // Input: a file.
 #include <cerrno>
@@ -14,7 +14,7 @@ using namespace bmu;
 
 namespace {
 
-/// A few bytes may unpack to any amount, which is written as it comes: enough of it is read.
+/// A few bytes may expand to any amount, which is returned in pieces: reading this much is enough.
 constexpr std::size_t text_max = std::size_t{1} << 20U;
 
 struct Unpacked {

@@ -1,6 +1,6 @@
 // Single lines of a recording: an observation that is read is written as it was read.
 //
-// Input: lines; the first byte says how far the log's clock is ahead.
+// Input: lines; the first byte selects the offset of the log's clock.
 #include "daemon/recording/record_line.hpp"
 
 #include <array>
@@ -24,7 +24,7 @@ std::string printed(const Observation& observation, const RecordClock& clock) {
 void check_observation(const Observation& observation, const RecordClock& clock) {
   constexpr Duration latest = std::chrono::microseconds{record_time_max_us};
   if (std::chrono::abs(observation.at.time_since_epoch()) > latest)
-    return;  // no core can have had it: the reader's business
+    return;  // impossible in a core: handled by the reader
   const std::string line = printed(observation, clock);
   FUZZ_CHECK(line.find('\n') == std::string::npos);
   const auto again = parse_record_line(line, clock, buses);

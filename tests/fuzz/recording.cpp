@@ -1,13 +1,14 @@
-// Recordings: the reader, the replay and the other configuration's replay, on what people, disks and editors make of a
-// recording.
+// Recordings: the reader, the replay and the replay with another configuration, on recordings modified by users, disks
+// and editors.
 //
-// A whole one is mostly the state of a core, 2 MB of it, with checksums that no guessing passes. So the input is a text
-// that names pieces of a real one, made here of a pack that closes its contactors, and may say anything between them:
+// A complete one consists mainly of the state of a core, 2 MB of it, with checksums that random bytes do not match. So
+// the input is a text that refers to pieces of a real one, made here of a pack that closes its contactors, with
+// arbitrary lines between them:
 //
-//   @head 0          all lines of the head of part 0; there are two parts, and the second goes on where the first ends
-//   @lines 0 12 40   lines 12 to 40 behind that head, from 0
+//   @head 0          all lines of the head of part 0; there are two parts, and the second continues the first
+//   @lines 0 12 40   lines 12 to 40 after that head, from 0
 //   @part 0          head and lines, all of them
-//   @what-if         from here on by the second core, too
+//   @what-if         from here on also for the second core
 //   anything else    is a line of the recording
 #include <charconv>
 #include <optional>
@@ -39,7 +40,7 @@ RealPart split(const std::string& text) {
   return part;
 }
 
-/// Of a pack that is about to close, and then closed.
+/// A recording of a pack just before it closes, and then closed.
 std::vector<RealPart> make_recording() {
   const auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   const auto script = parse_scenario("0.5 vehicle on\n1.5 load current_A 5");
@@ -75,7 +76,7 @@ const std::vector<RealPart>& recording() {
   return parts;
 }
 
-/// What the input says, as lines.
+/// The input, expanded to lines.
 class Script {
  public:
   explicit Script(std::string_view text) {
@@ -85,13 +86,13 @@ class Script {
   }
 
   [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
-  /// Where the second core begins to listen.
+  /// Line from which on the second core receives lines, too.
   [[nodiscard]] std::optional<std::size_t> what_if_from() const { return what_if_from_; }
-  /// Nothing but whole parts.
+  /// True if the input consists of whole parts only.
   [[nodiscard]] bool is_as_written() const { return is_as_written_; }
 
  private:
-  static constexpr std::size_t lines_max = 4'000;  // beside those of heads, each of which has thousands
+  static constexpr std::size_t lines_max = 4'000;  // besides those of heads, each of which has thousands
   static constexpr int heads_max = 3;
 
   bool obey(const std::vector<std::string_view>& words) {
@@ -157,7 +158,7 @@ void replay(const Script& script) {
                      }});
   bool has_failed = false;
   for (const std::string_view line : script.lines()) {
-    // It may be asked to go on behind a problem, at the next head.
+    // It may continue after a problem, at the next head.
     if (replay.take(line)) continue;
     has_failed = true;
     check_problem(replay.problem(), script.lines().size());
@@ -171,7 +172,7 @@ void replay(const Script& script) {
   FUZZ_CHECK(!has_failed && counts.begun > 0 && counts.ticks > 0 && told_different == 0 && told_altered == 0);
 }
 
-/// With the recorded configuration: what was not changed goes the same way.
+/// With the recorded configuration: unmodified input gives the same result.
 void replay_beside(const Script& script) {
   std::uint64_t moves = 0;
   WhatIf beside({.other = [](const PackConfig& recorded) -> Result<CoreConfig, std::string> { return recorded.core; },

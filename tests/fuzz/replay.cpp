@@ -1,5 +1,5 @@
-// Runs a fuzz target on files, and on all files of folders, once each: what a compiler without libFuzzer has instead of
-// it. The first input that breaks a promise, crashes or takes too long ends the run and is named.
+// Runs a fuzz target on files, and on all files of folders, once each: the replacement of libFuzzer for other
+// compilers. The first input that breaks a promise, crashes or takes too long ends the run and is named.
 //
 //   fuzz_candump tests/fuzz/corpora/candump
 #include <array>
@@ -18,14 +18,15 @@
 
 namespace {
 
-/// Of the processor, whatever else the machine does. The slowest input takes a hundredth of it under the sanitizers.
+/// Processor time, independent of the load of the machine. The slowest input takes a hundredth of it under the
+/// sanitizers.
 constexpr itimerval input_max{.it_interval = {}, .it_value = {.tv_sec = 60, .tv_usec = 0}};
 
 std::array<char, 1024> input_name{};  // for the handler, which may not allocate
 
 extern "C" void tell_input(int signal) {
   constexpr std::string_view lead = "the input was ";
-  // Who is told of the end needs no answer to whether it could be written.
+  // The result of write() is not needed, because the process ends anyway.
   if (::write(STDERR_FILENO, lead.data(), lead.size()) > 0 &&
       ::write(STDERR_FILENO, input_name.data(), std::strlen(input_name.data())) > 0) {
     static_cast<void>(::write(STDERR_FILENO, "\n", 1) > 0);
@@ -37,7 +38,7 @@ extern "C" void tell_input(int signal) {
 void try_bytes(const std::string& name, const std::string& bytes) {
   std::snprintf(input_name.data(), input_name.size(), "%s", name.c_str());
   ::setitimer(ITIMER_PROF, &input_max, nullptr);
-  // A copy of exactly this size: what reads beyond its end is seen by the sanitizers.
+  // A copy of exactly this size: the sanitizers detect reads beyond its end.
   const std::vector<std::uint8_t> input(bytes.begin(), bytes.end());
   static_cast<void>(LLVMFuzzerTestOneInput(input.data(), input.size()));
 }
@@ -53,7 +54,7 @@ bool try_file(const std::filesystem::path& file) {
   return true;
 }
 
-/// A file, or all of a folder in the order of their names.
+/// A file, or all files of a folder sorted by name.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& path) {
   if (!std::filesystem::is_directory(path)) return {path};
   std::vector<std::filesystem::path> files;

@@ -1,4 +1,4 @@
-// Replies as bmuctl shows them: a daemon of another version, or something else on that socket, may say anything.
+// Replies as bmuctl shows them: a daemon of another version, or another program on that socket, may send anything.
 //
 // Input: width and height of the window (1 each), then a reply.
 #include <cstdlib>

@@ -1,13 +1,13 @@
-// Requests of the status socket to a core that drives: each has one line of JSON that says whether it was done, a
-// refused one has done nothing, and nobody without authority does what needs it. No request closes a contactor.
+// Requests of the status socket to a core that drives: each is answered by one line of JSON with its result, a refused
+// one has no effect, and a command that needs authority fails without it. No request closes a contactor.
 //
-// Input: lines. Those that begin with '@' are about the world, the others are requests:
+// Input: lines. Those that start with '@' set conditions, the others are requests:
 //
-//   @user 1000    who asks from here on; at first it is root
-//   @group 901    the group that he is in: 901 may look, 902 may command
+//   @user 1000    user of the following requests; initially root
+//   @group 901    group of that user: 901 may read, 902 may command
 //   @run 50       milliseconds, 200 at most
 //   @key off, @key on
-//   @silent 2     a module says nothing any more
+//   @silent 2     a module stops sending
 #include <charconv>
 #include <string>
 
@@ -21,7 +21,7 @@ using namespace bmu;
 
 namespace {
 
-/// The pack that every input begins with: closed, and asked for.
+/// The pack with which every input starts: closed, with a close request.
 const test::CoreBench& driving() {
   static const test::CoreBench bench = [] {
     test::CoreBench made(test::small_pack());
@@ -85,7 +85,7 @@ class Daemon {
       return;
     }
     FUZZ_CHECK(json["error"]["code"].is_string() && json["error"]["message"].is_string());
-    // "refused" is the core's word: it was asked.
+    // "refused" comes from the core, which was called.
     FUZZ_CHECK(json["error"]["code"] != "internal");
     if (json["error"]["code"] != "refused") FUZZ_CHECK(carried_out_ == carried_out_before);
   }

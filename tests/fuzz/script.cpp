@@ -1,5 +1,5 @@
-// The script language of the emulated pack: each problem stands where the text has it, a script without one can be laid
-// out and played, and an event that stands in a script means the same alone.
+// The script language of the emulated pack: each problem has its position in the text, a script without one can be laid
+// out and played, and an event of a script means the same by itself.
 //
 // Input: a script.
 #include <algorithm>
@@ -58,7 +58,7 @@ void check_plan(const Scenario& scenario) {
   }
 }
 
-/// What comes first of it; the rest must not be in the way.
+/// Plays the first events; the others must not interfere.
 void play(const Scenario& scenario) {
   Simulator simulator(emulated_pack(), scenario, TimePoint{1s});
   for (TimePoint now{1s}; now < TimePoint{1s} + 40ms; now += 1ms) static_cast<void>(simulator.advance(now));
@@ -73,7 +73,7 @@ void play(const Scenario& scenario) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text = fuzz::text_of(data, size);
   std::vector<std::string_view> lines = fuzz::lines_of(text);
-  lines.emplace_back();  // behind the last line feed
+  lines.emplace_back();  // after the last line feed
   static_cast<void>(parse_scenario(text));
   const ScenarioReading reading = read_scenario(text, core_vocabulary());
   check_problems(reading.problems, lines);

@@ -1,6 +1,6 @@
-// The serial console: whatever comes over the line is bounded lines, and each has an answer that a terminal can show.
+// The serial console: any input is split into bounded lines, and each gets an answer that a terminal can show.
 //
-// Input: bytes as they come. A number of cells is taken while the first of them is even.
+// Input: bytes as received. A number of cells is accepted if the first of them is even.
 #include <algorithm>
 
 #include "daemon/shell/serial/serial_commands.hpp"

@@ -1,9 +1,9 @@
-// The state file: what is read is written, read again and written the same; a core that takes it over closes nothing.
-// And the files beside each other, as a loss of power leaves them: the best of them is taken, and one that is written
-// afterwards is the one that is found.
+// The state file: a state that is read is written, read again and written the same; a core that restores it closes
+// nothing. Also the combinations of files that a loss of power leaves: the best of them is read, and one that is
+// written afterwards is found next.
 //
-// Input: a state file. One that begins with '@' is its content alone, which gets the checksum that it should have.
-// Behind lines "=== previous" and "=== new" stand the other two files.
+// Input: a state file. One that starts with '@' is its content alone, which gets a valid checksum. After lines "===
+// previous" and "=== new" come the other two files.
 #include <array>
 #include <cstdio>
 
@@ -24,7 +24,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Nothing if the content is no JSON.
+/// Empty if the content is no JSON.
 std::string sealed(std::string_view content) {
   const Json json = Json::parse(content, nullptr, false);
   if (json.is_discarded()) return {};
@@ -57,7 +57,7 @@ void check_restored(const PersistentState& state) {
     for (const Event& event : decisions.events) FUZZ_CHECK(!to_text(event).empty());
     now = decisions.wake_at;
   }
-  // What is kept of it then can be read again, too.
+  // The persistent state of that core can be read again, too.
   FUZZ_CHECK(parse_state(state_text(core->persistent())).has_value());
 }
 

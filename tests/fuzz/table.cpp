@@ -1,7 +1,6 @@
-// CSV files of test benches: the rows have the columns that were asked for and the numbers that must be there; what is
-// wrong is one line.
+// CSV files of test benches: the rows have the requested columns and the required numbers; an error is one line.
 //
-// Input: a file, packed with gzip or not.
+// Input: a file, compressed with gzip or not.
 #include <cmath>
 
 #include "tests/fuzz/fuzz.hpp"

@@ -1,9 +1,9 @@
-// The golden logs of the proof: what bmud recorded on vcan in each scenario (tests/rig/proof.sh), decided again.
-// NAME.log.zst is the recording, NAME.expected says how its core began and what it decided.
+// The golden logs of the proof: recordings of bmud on vcan in each scenario (tests/rig/proof.sh), replayed.
+// NAME.log.zst is the recording, NAME.expected has the initial state of its core and its decisions.
 //
 //   tests/rig/make-proof.sh                        new recordings, from the rig
-//   BMUD_REWRITE=1 test_golden                     what this build decides of the recordings that are there
-//   BMUD_PROOF_RECORDINGS=FOLDER test_golden       recordings that nobody has looked at yet, as the rig leaves them
+//   BMUD_REWRITE=1 test_golden                     writes this build's decisions for the existing recordings
+//   BMUD_PROOF_RECORDINGS=FOLDER test_golden       recordings that were not reviewed yet, as the rig writes them
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -34,7 +34,7 @@ bool has_recordings(const std::string& folder) {
   return std::any_of(begin(files), end(files), [](const auto& file) { return file.path().extension() == ".zst"; });
 }
 
-/// A recording as text, unpacked.
+/// A recording as decompressed text.
 std::string recording(const std::string& file) {
   replay::PartReader reader(std::vector<std::string>{file});
   std::string text;
@@ -62,7 +62,7 @@ std::string page_of(const Birth& birth, const RerunOutcome& outcome) {
   return to_text(birth) + "\n" + counts.data() + outcome.told;
 }
 
-/// The golden log of a scenario, by this build's core.
+/// Checks the golden log of a scenario with this build's core.
 void check_golden(const Proof& proof) {
   const std::string base = proof_folder() + "/" + std::string(proof.name);
   const std::string text = recording(base + ".log.zst");
@@ -83,7 +83,7 @@ void check_golden(const Proof& proof) {
   CHECK(page == expected);
 }
 
-/// A recording of this build's daemon: it can be nothing but the same.
+/// Checks a recording of this build's daemon: all decisions must be the same.
 void check_fresh(const Proof& proof) {
   const std::string file = fresh_folder() + "/" + std::string(proof.name) + ".log.zst";
   INFO(file);

@@ -26,7 +26,7 @@ std::vector<std::uint8_t> image_of(const Core& core) {
   return bytes;
 }
 
-/// Each line, until `take` says that it is enough.
+/// Calls `take` for each line until it returns false.
 void each_line(std::string_view text, const std::function<bool(std::string_view)>& take) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -35,7 +35,7 @@ void each_line(std::string_view text, const std::function<bool(std::string_view)
   }
 }
 
-/// What of a decision people want to know: what was commanded, where it has changed, and what was told.
+/// Appends the readable results of a decision: changes of the contactor commands, and events.
 void append_told(std::string& to, double second, std::string_view lines) {
   each_line(lines, [&](std::string_view line) {
     if (!line.starts_with("# = ") && !line.starts_with("# ! ")) return true;

@@ -1,9 +1,9 @@
-// A golden recording of bmud, run by a core of this build that begins as the recorded one did.
+// A golden recording of bmud, replayed by a core of this build that starts as the recorded one did.
 //
-// A recording brings the state that each of its parts begins with, which only a core with the same members can take. A
-// golden log has to outlive that. It is of a whole life, so its first state follows from the configuration, from when
-// the core began and from where its counters did: those two, written down beside it, make a core of any build that can
-// hear what the recorded one heard.
+// A recording contains the state at the start of each of its parts, which only a core with the same members can
+// restore. A golden log must remain usable after such changes. It covers a whole session, so its first state follows
+// from the configuration, the start time of the core and the start value of its counters: with those two, stored beside
+// it, a core of any build can process the recorded observations.
 #pragma once
 
 #include <cstdint>
@@ -16,28 +16,27 @@
 
 namespace bmu::test {
 
-/// How the core of a recording began.
+/// Initial conditions of the recorded core.
 struct Birth {
   std::int64_t started_at_us = 0;
   std::uint8_t first_counter = 0;
 };
 
 [[nodiscard]] std::string to_text(const Birth& birth);
-/// Of a line that to_text() has written.
+/// From a line written by to_text().
 [[nodiscard]] std::optional<Birth> birth_of_text(std::string_view line);
-/// Out of the recording itself, if this build's core has the same members and the recording is of a life without memory
-/// of any before.
+/// From the recording itself, if this build's core has the same members and the recorded session had no restored state.
 [[nodiscard]] std::optional<Birth> birth_of_recording(const std::string& text);
 
 struct RerunOutcome {
   std::uint64_t ticks = 0;
   std::uint64_t ticks_as_recorded = 0;
   std::uint64_t parts = 0;
-  std::uint64_t fingerprint = fnv_start;  // of all that was decided
-  std::string told;                       // what was commanded and told, a line each, with its second of that life
+  std::uint64_t fingerprint = fnv_start;  // of all decisions
+  std::string told;                       // contactor commands and events, a line each, with the second of that session
 };
 
-/// Fails the test where the text is no whole recording. `proof`: its watch looks on, and checks at the end.
+/// Fails the test if the text is no complete recording. `proof`: its watch observes the run, and checks at the end.
 [[nodiscard]] RerunOutcome rerun(const std::string& text, const Birth& birth, const Proof& proof);
 
 }  // namespace bmu::test

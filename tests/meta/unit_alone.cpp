@@ -1,5 +1,5 @@
-// Who puts the module unit on a microcontroller brings the end of a violated BMU_ASSERT himself. microcontroller.sh
-// links the unit with this one in place of the library's, which prints.
+// An integrator of the module unit on a microcontroller must provide the handler of a violated BMU_ASSERT.
+// microcontroller.sh links the unit with this one in place of the library's, which prints.
 #include "protocol/assert.hpp"
 
 namespace bmu {

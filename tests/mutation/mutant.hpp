@@ -1,8 +1,8 @@
-// What instrumented sources call: each place asks whether its mutant is the selected one. Compile-time evaluation
-// always gets the original, so that constant tables and static_asserts hold.
+// Functions called by instrumented sources: each site checks whether its mutant is the selected one. Compile-time
+// evaluation always gets the original, so that constant tables and static_asserts hold.
 //
 //   BMU_MUTANT=17          selects mutant 17; without it the program is the original
-//   BMU_MUTANT_RECORD=FILE writes which mutants each test case reaches
+//   BMU_MUTANT_RECORD=FILE writes the mutants that each test case reaches
 //
 // Not part of the project's build: tests/mutation/instrument.py writes the calls into a copy of the sources.
 #pragma once
@@ -20,7 +20,7 @@ inline int read_selected() {
 inline const int selected = read_selected();
 inline const bool is_recording = std::getenv("BMU_MUTANT_RECORD") != nullptr;
 
-/// By mutant: reached since the last test case began.
+/// By mutant: reached since the last test case started.
 inline std::vector<bool>& reached() {
   static std::vector<bool> ids;
   return ids;
@@ -42,13 +42,13 @@ constexpr bool on(int id) {
   return is_selected(id);
 }
 
-/// A constant that stands for mutants first to last is used at run time.
+/// Called when a constant with mutants first to last is used at run time.
 inline void use(int first, int last) {
   if (!is_recording) return;
   for (int id = first; id <= last; ++id) note_reached(id);
 }
 
-/// A literal and what mutants first, first + 1, ... put in its place.
+/// A literal and the replacements by mutants first, first + 1, ...
 template <class Original, class... Others>
 constexpr std::common_type_t<Original, Others...> value(int first, Original original, Others... others) {
   std::common_type_t<Original, Others...> result = original;
@@ -56,8 +56,9 @@ constexpr std::common_type_t<Original, Others...> value(int first, Original orig
   return result;
 }
 
-/// The same for the second self of a constant, which must not be computed at compile time, or it could not differ, and
-/// which nobody has reached before somebody uses it. Called before main, maybe before `selected` has its value.
+/// The same for the run-time copy of a constant, which must not be computed at compile time, because it could not
+/// differ then, and which counts as reached only when it is used. Called before main, possibly before `selected` is
+/// initialised.
 template <class Original, class... Others>
 std::common_type_t<Original, Others...> twin_value(int first, Original original, Others... others) {
   std::common_type_t<Original, Others...> result = original;
@@ -98,7 +99,7 @@ template <class L, class R>
 constexpr auto plus(int id, const L& l, const R& r) {
   return on(id) ? l - r : l + r;
 }
-/// Two points in time have no sum: there the operands change places.
+/// The sum of two points in time does not exist: there the operands are swapped.
 template <class L, class R>
 constexpr auto minus(int id, const L& l, const R& r) {
   if constexpr (requires { l + r; }) {

@@ -1,5 +1,5 @@
-// Writes, for each test case, how long it computed and which mutants it reached: name, seconds and numbers between
-// tabs. What was reached before the first one belongs to all, and has no name. Included at the end of
+// Writes, for each test case, its computing time and the mutants it reached: name, seconds and numbers separated by
+// tabs. Mutants reached before the first one belong to all, and have no name. Included at the end of
 // tests/support/catch_main.cpp in the instrumented copy of the sources.
 #pragma once
 

@@ -1,6 +1,6 @@
-// What the mutation tool is tried on: every kind of change, in code small enough to know what each does. Not part of
-// the project's build; toy_checks.cpp has the checks, self_test.py says which mutants they must kill and which they
-// cannot.
+// Test subject of the mutation tool: every kind of change, in code small enough that the effect of each is known. Not
+// part of the project's build; toy_checks.cpp has the checks, self_test.py lists the mutants that they must kill and
+// those that they cannot.
 #include <array>
 #include <chrono>
 #include <cstdint>

@@ -1,7 +1,7 @@
-// Cells that hold more or less than their file says, a sensor that counts wrongly, rests at random: what balancing by
-// charge takes, a cell had above the one that is missing most.
+// Cells with more or less capacity than in their file, a sensor that counts wrongly, rests at random: balancing by
+// charge removes from a cell no more than its surplus over the cell that is missing most.
 //
-// A life that breaks the rule is reported as the shortest and plainest that still does (tests/support/drawn_cases.hpp).
+// A run that breaks the rule is reported as the shortest and plainest that still does (tests/support/drawn_cases.hpp).
 #include <algorithm>
 #include <array>
 #include <ostream>
@@ -21,7 +21,7 @@ namespace {
 using test::BalancingBench;
 
 constexpr double capacity_uAs = 10.0 * uAs_per_Ah;
-/// Of the capacity: what a sensor's gain makes of a difference between two cells is the same share of that difference.
+/// Of the capacity: a sensor's gain error appears as the same share of a difference between two cells.
 constexpr double overshoot_max = 0.003;
 constexpr int lives = 40;
 
@@ -45,7 +45,7 @@ CoreConfig flat_pack() {
   return config;
 }
 
-/// Even from -most to +most, in millionths.
+/// Uniform from -most to +most, in millionths.
 rc::Gen<int> within_ppm(int most_ppm) {
   return [most_ppm](const rc::Random& random, int) {
     const rc::Gen<int> even = rc::gen::inRange(-most_ppm, most_ppm + 1);
@@ -57,7 +57,7 @@ constexpr double of_ppm = 1e-6;
 
 enum class Way : std::uint8_t { stay, to_empty, to_full, to_full_and_empty };
 
-/// From one time of bleeding to the next.
+/// Between two periods of bleeding.
 struct Turn {
   Way way = Way::stay;
   bool ends_in_the_middle = false;
@@ -79,7 +79,7 @@ rc::Gen<Turns> turns(std::size_t count) {
   };
 }
 
-/// Until the first cell that gets there has this much.
+/// Charges or discharges until the first cell has reached this state of charge.
 void carry(BalancingBench& bench, double to_soc) {
   const auto [low, high] = std::minmax_element(bench.soc.begin(), bench.soc.end());
   const bool is_charge = *high < to_soc;
@@ -105,7 +105,7 @@ double most_missing_uAs(const BalancingBench& bench) {
   return most;
 }
 
-/// Returns what was bled.
+/// Returns the charge that was bled.
 double bleed(BalancingBench& bench, Duration duration) {
   const double most_uAs = most_missing_uAs(bench);
   const std::vector<double> before_uAs = bench.bled_uAs;
@@ -126,7 +126,7 @@ double bleed(BalancingBench& bench, Duration duration) {
   return sum_uAs;
 }
 
-/// Returns what was bled in a life of rests, charges and discharges.
+/// Returns the charge that was bled in a sequence of rests, charges and discharges.
 double live() {
   BalancingBench bench(flat_pack());
   bench.blockers = 1;
@@ -169,7 +169,7 @@ TEST_CASE("no cell is bled below the one that is missing most, whatever cells ho
   const bool is_all = test::holds_for_all(lives, [&] {
     if (live() > capacity_uAs * 0.01) ++lives_with_bleeding;
   });
-  if (is_all) CHECK(lives_with_bleeding >= lives / 3);  // or nothing was shown
+  if (is_all) CHECK(lives_with_bleeding >= lives / 3);  // otherwise nothing was shown
 }
 
 }  // namespace bmu

@@ -1,9 +1,10 @@
-// A charger or a load that conducts as soon as the main contacts make: its current moves cells, pack and link between
-// two samples of them, however these stand to the contact. Nothing is wrong there, and the first closing is the last.
+// A charger or a load that conducts as soon as the main contacts make: its current moves the voltages of cells, pack
+// and DC link between two samples of them, whatever their offset to the contact. There is no fault, and the first
+// closing must be the last.
 //
-// Swept: the current, how the devices' periods stand to the core's ticks, how fast the link rises, so that the
-// precharge ends anywhere between its threshold and the pack, and how far the sensor's two voltages are apart. Each
-// combination is tried (whole_range.hpp).
+// Swept: the current, the offset of the devices' periods to the core's ticks, the rise of the DC link voltage, so that
+// the precharge ends anywhere between its threshold and the pack voltage, and the time between the sensor's two
+// voltages. Each combination is tried (whole_range.hpp).
 #include <chrono>
 #include <cstddef>
 #include <optional>
@@ -39,16 +40,16 @@ const std::vector<Apart> together_and_apart{{}, {&internal_bus::sensor_u1, 25ms}
 
 struct Sweep {
   std::string pack;
-  std::string request;             // what asks to close
+  std::string request;             // the close request
   std::vector<std::string> draws;  // events that set the current
   std::vector<Apart> voltages;
   std::vector<int> capacitances_uF;
 };
 
-/// Devices that have run for this long, ready to be asked to close.
+/// Devices that have run for this long, ready for a close request.
 WiredPack ready_pack(const CoreConfig& config, int ahead_ms, const Apart& apart) {
   WiredPack pack(config, std::chrono::milliseconds(ahead_ms));
-  // Such a sample is older than its time of arrival says.
+  // Such a sample is older than its time of arrival.
   if (apart.later != nullptr) {
     const Apart held = apart;
     pack.on_sent = [held](CanFrame& frame, const WiredPack&) {
@@ -60,7 +61,7 @@ WiredPack ready_pack(const CoreConfig& config, int ahead_ms, const Apart& apart)
   return pack;
 }
 
-/// One closing: whether it stayed closed at its first try.
+/// One closing: whether the pack stayed closed at its first attempt.
 bool closes(WiredPack pack, const std::string& events) {
   pack.apply(events);
   const bool has_closed = pack.run_until([](const WiredPack& it) { return it.phase() == Phase::closed; }, 4s);

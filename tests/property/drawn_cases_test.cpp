@@ -1,5 +1,5 @@
-// What the other properties rest upon: a property that does not hold is reported by a small case, with the command that
-// draws that case again; one that holds is tried as often as it should be, on the same cases in each run.
+// Foundation of the other properties: a property that does not hold is reported by a small case, with the command that
+// draws that case again; one that holds is tried as often as required, on the same cases in each run.
 #include "tests/support/drawn_cases.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using test::draw_cases;
 using test::DrawnCases;
 
-/// A list of numbers none of which is 700 or more. It does not hold.
+/// A list of numbers without one of 700 or more. It does not hold.
 struct NoLargeNumber {
   std::vector<std::vector<int>>* tried;
 
@@ -28,7 +28,7 @@ struct NoLargeNumber {
   }
 };
 
-/// What stands between RC_PARAMS=' and the next quote.
+/// The text between RC_PARAMS=' and the next quote.
 std::string repeat_in(const std::string& report) {
   const std::string begins = "RC_PARAMS='";
   const std::size_t at = report.find(begins);
@@ -54,7 +54,7 @@ TEST_CASE("a property that does not hold is reported by its smallest case, with 
   const DrawnCases repeated = draw_cases("numbers, few", 100, 77, repeat, NoLargeNumber{&again});
   CHECK_FALSE(repeated.is_held);
   CHECK(repeated.is_repeat);
-  // By the way there, and nothing else.
+  // Only the cases on the way to it are run.
   CHECK(again.back() == std::vector<int>{700});
   CHECK(again.size() < tried.size());
 }

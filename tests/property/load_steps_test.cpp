@@ -1,10 +1,10 @@
-// A load that is switched moves cells, pack and current between two samples of them, however these stand to the step:
-// a sound pack warns of nothing and stays closed, and a voltage that is wrong opens it all the same.
+// A load that is switched moves the values of cells, pack and current between two samples of them, whatever their
+// offset to the step: a healthy pack warns of nothing and stays closed, and a wrong voltage opens it nevertheless.
 //
-// Swept: the load and its way, how the devices' periods stand to the core's ticks, when the step comes between two
-// POLLs, how late the frames of the sensor come, and how often the load is switched: every 30 ms or more rarely, as a
-// load that is switched every 20 ms, in step with the averages of the sensor, looks constant to it, and nothing
-// explains what the cells do. Each combination is tried (whole_range.hpp).
+// Swept: the load and its direction, the offset of the devices' periods to the core's ticks, the time of the step
+// between two POLLs, the delay of the sensor's frames, and the rate at which the load is switched: every 30 ms or more
+// rarely, because a load that is switched every 20 ms, in step with the averages of the sensor, looks constant to it,
+// and the response of the cells is unexplained. Each combination is tried (whole_range.hpp).
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -58,7 +58,7 @@ void add_faults(const WiredPack& pack, std::set<std::string>& names) {
   }
 }
 
-/// Runs and adds what warns or is present at any millisecond.
+/// Runs and adds all faults that warn or are present at any millisecond.
 void watch(WiredPack& pack, Duration duration, std::set<std::string>& names) {
   for (Duration passed{}; passed < duration; passed += 1ms) {
     pack.run(1ms);
@@ -66,7 +66,7 @@ void watch(WiredPack& pack, Duration duration, std::set<std::string>& names) {
   }
 }
 
-/// A pack that has closed and warned of nothing since its key was turned. `late`: the message that comes 25 ms later.
+/// A pack that has closed and warned of nothing since its key was turned. `late`: a message that comes 25 ms later.
 WiredPack closed_pack(const CoreConfig& config, int ahead_ms, const MessageSpec* late = nullptr) {
   WiredPack pack(config, std::chrono::milliseconds(ahead_ms));
   pack.on_sent = [late](CanFrame& frame, const WiredPack&) {
@@ -87,7 +87,7 @@ struct Step {
   double after_A;
 };
 
-/// What warns or is present within a second behind the step.
+/// Faults that warn or are present within a second after the step.
 std::set<std::string> faults_of(WiredPack pack, const Step& step, int between_ms) {
   std::set<std::string> found;
   pack.apply(load_A(step.before_A));
@@ -134,7 +134,7 @@ void try_steps(WholeRange& range, const std::string& name, const CoreConfig& con
   }
 }
 
-/// Switches the load for a while, or until the contactors are told to open. Returns how long that took.
+/// Switches the load for `at_most`, or until the contactors are commanded to open. Returns the time that this took.
 Duration toggle(WiredPack& pack, double full_A, Duration half_period, Duration at_most, std::set<std::string>& found) {
   const TimePoint began_at = pack.now();
   TimePoint next_at = began_at;
@@ -149,14 +149,14 @@ Duration toggle(WiredPack& pack, double full_A, Duration half_period, Duration a
   return pack.now() - began_at;
 }
 
-/// How a load is switched, and what is wrong with what follows; "": nothing.
+/// Switches a load and returns the problem of the result; "": none.
 using Trial = std::function<std::string(WiredPack pack, Duration half_period)>;
 
 struct Toggling {
   CoreConfig config;
   std::vector<int> ahead_ms;
   std::vector<Duration> half_periods;
-  std::vector<std::string> events{""};  // of each, before the load is switched
+  std::vector<std::string> events{""};  // of each trial, before the load is switched
 
   void check(const Trial& problem_of) const {
     WholeRange range;
@@ -186,7 +186,7 @@ std::vector<Value> each(Value first, Value end, Value step) {
   return all;
 }
 
-/// It has to stay closed, and to warn of nothing.
+/// Requires that the pack stays closed and warns of nothing.
 Trial stays_closed(double full_A, Duration at_most) {
   return [=](WiredPack pack, Duration half_period) {
     std::set<std::string> found;
@@ -195,7 +195,7 @@ Trial stays_closed(double full_A, Duration at_most) {
   };
 }
 
-/// It has to open for this within a second.
+/// Requires that it opens for this fault within a second.
 Trial opens_for(FaultId fault, double full_A) {
   return [=](WiredPack pack, Duration half_period) -> std::string {
     std::set<std::string> found;
@@ -239,7 +239,7 @@ TEST_CASE("a current sensor that is wrong opens the pack within a second, howeve
       .check(opens_for(FaultId::current_sensors_disagree, 60));
 }
 
-// Its bus alone holds the sensor's frames up for as long as 36 ms.
+// The bus alone delays the sensor's frames by up to 36 ms.
 TEST_CASE("a load that is switched again and again warns of nothing in a pack of 192 cells, and does not open it",
           "[property][faults][slow]") {
   Toggling{.config = config_of("traction-16x12"),

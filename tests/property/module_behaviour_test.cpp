@@ -1,6 +1,6 @@
-// Modules that do whatever they can, several things at once, at random: the pack is never closed on something that has
-// been wrong for longer than its budget, never without a key that was turned since it opened, closes again once all is
-// healed and cleared, and bleeds no cell for long that it may not.
+// Modules with random behaviours, several at once: the pack is never closed with a fault that has lasted for longer
+// than its budget, never without a key that was turned since it opened, closes again once all is healed and cleared,
+// and never bleeds a cell for long against a balancing blocker.
 //
 // A course is a list of moves; one that breaks a rule is reported as the shortest that still does
 // (tests/support/drawn_cases.hpp).
@@ -29,28 +29,29 @@ constexpr int ms_per_s = 1'000;
 constexpr int electrical_ms = 450;
 constexpr int temperature_ms = 950;
 constexpr int module_samples_ms = 500;  // temperatures, by the module itself
-constexpr int contactor_ms = 50;        // to open, behind the command
-constexpr int key_ms = 300;     // from a key that is turned off to open contactors: its word, a tick, the contacts
-constexpr int stop_ms = 1'500;  // from a reason against bleeding to open switches: a lost stop is said again
+constexpr int contactor_ms = 50;        // to open, after the command
+constexpr int key_ms = 300;             // from turning the key off to open contactors: its report, a tick, the contacts
+constexpr int stop_ms = 1'500;          // from a balancing blocker to open switches: a lost stop is repeated
 constexpr int may_stay_closed = 0;
 
-/// Whether what a module does keeps the master from seeing what else is wrong with it.
+/// Whether the behaviour of a module hides its other faults from the master.
 enum class Hides : std::uint8_t { nothing, values };
 
-/// Something a module can do: N is its node, C a cell of it, S a sensor, M another node. What it does at worst after
-/// `open_within_ms` must have opened the pack (the budgets of the catalogue of failures); what may stay, why.
+/// A behaviour of a module: N is its node, C a cell of it, S a sensor, M another node. At most `open_within_ms` after
+/// its start the pack must have opened (the budgets of the catalogue of failures); `may_stay_because`: the reason if it
+/// may stay closed.
 struct Behaviour {
   std::string_view begins;
   std::string_view ends;
   int open_within_ms = may_stay_closed;
   Hides hides = Hides::nothing;
   std::string_view may_stay_because = "";
-  bool is_liar = false;  // about its switches, or deaf to what it is told of them
+  bool is_liar = false;  // in its reports of its switches, or ignores commands for them
 };
 constexpr std::array behaviours{
     Behaviour{"module N silent", "module N talking", 300, Hides::values},
     Behaviour{"module N restart", "", may_stay_closed, Hides::values, "it is back within the age of its voltages"},
-    // First its voltages grow old.
+    // First its voltages become stale.
     Behaviour{"module N crc_errors on", "module N crc_errors off", 2 * electrical_ms, Hides::values},
     Behaviour{"module N crc_error_permille 50", "module N crc_error_permille 0", may_stay_closed, Hides::nothing,
               "the next sample comes 10 ms later; a warning"},
@@ -78,12 +79,12 @@ constexpr std::array behaviours{
     Behaviour{"cell N.C balancing_switch stays_on", "cell N.C balancing_switch auto", may_stay_closed, Hides::nothing,
               "it drains a cell slowly: refused from the next closing on", true},
     Behaviour{"module N self_test failed", "module N self_test ok", electrical_ms},
-    // Its CAN side has no power: it ends the minutes that were commanded before.
+    // Its CAN side has no power: it completes the minutes that were commanded before.
     Behaviour{"module N external_supply_mV 3000", "module N external_supply_mV 12000", 300, Hides::values, "", true},
     Behaviour{"module N front_end_supply_low on", "module N front_end_supply_low off", electrical_ms},
     Behaviour{"module N front_end_thermal_shutdown on", "module N front_end_thermal_shutdown off", electrical_ms},
     Behaviour{"module N board_temperature_dC 1100", "module N board_temperature_dC auto",
-              2 * module_samples_ms + temperature_ms},  // a jump waits for a second sample
+              2 * module_samples_ms + temperature_ms},  // a jump requires a second sample
     Behaviour{"stranger N connected", "stranger N disconnected", electrical_ms, Hides::values},
     Behaviour{"cell N.C voltage_mV 4400", "cell N.C voltage_mV auto", electrical_ms},
     Behaviour{"cell N.C voltage_mV 2500", "cell N.C voltage_mV auto", electrical_ms},
@@ -102,10 +103,10 @@ constexpr unsigned parts = 4;  // of a module, that behaviours concern
 
 enum class Act : std::uint8_t { turn_key, end, begin };
 
-/// What happens next, and how long it is until the one behind it. Numbers count from 0.
+/// The next action, and the time until the one after it. Numbers count from 0.
 struct Move {
   Act act = Act::begin;
-  unsigned which = 0;  // behaviour that begins, or of those going on the one that ends
+  unsigned which = 0;  // behaviour that starts, or of the active ones the one that ends
   unsigned module = 0;
   unsigned part = 0;  // cell or sensor
   int wait_ms = wait_min_ms;
@@ -118,7 +119,7 @@ std::ostream& operator<<(std::ostream& out, const Move& move) {
              << ", wait " << move.wait_ms << " ms";
 }
 
-/// Whole parts of it left out, then shorter waits.
+/// First without whole parts of it, then with shorter waits.
 rc::Seq<Course> shorter(const Course& course) {
   const auto sooner = [](const Move& move) {
     return rc::seq::map(rc::shrink::towards(move.wait_ms, wait_min_ms), [move](int wait_ms) {
@@ -130,7 +131,7 @@ rc::Seq<Course> shorter(const Course& course) {
   return rc::seq::concat(rc::shrink::removeChunks(course), rc::shrink::eachElement(course, sooner));
 }
 
-/// Enough for `for_ms`, which is when a course ends. With a load and a vehicle the key is turned, too.
+/// Enough moves for `for_ms`, at which a course ends. With a load and a vehicle the key is turned, too.
 rc::Gen<Course> courses(int for_ms, bool with_key) {
   using rc::gen::inRange;
   using rc::gen::set;
@@ -151,7 +152,7 @@ rc::Gen<Course> courses(int for_ms, bool with_key) {
   };
 }
 
-/// One behaviour of one module, from when on.
+/// An active behaviour of one module, with its start.
 struct Going {
   std::size_t behaviour = 0;
   unsigned node = 1;
@@ -170,19 +171,19 @@ class Trial {
     step_to(6 * ms_per_s);
     RC_ASSERT(is_closed());
   }
-  /// Open, with nobody there; of each module the cell named has more charge than the others.
+  /// Open, without a close request; of each module the named cell has more charge than the others.
   void stand(const std::vector<unsigned>& high_cells) {
     for (unsigned node = 1; node <= modules_; ++node) {
       apply(filled("cell N.C soc_permille 560", node, 1 + high_cells[node - 1], 0));
     }
     step_to(5 * ms_per_s);
   }
-  /// With a load, and a key that is turned now and then.
+  /// With a load, and a key that is turned at times.
   void drive(const Course& course) {
     run_.apply("load profile drive");
     misbehave(course);
   }
-  /// Modules begin and end to do things.
+  /// Starts and ends behaviours of modules.
   void misbehave(const Course& course) {
     for (const Move& move : course) {
       if (move.act == Act::turn_key) {
@@ -195,7 +196,7 @@ class Trial {
       step_to(now_ms_ + move.wait_ms);
     }
   }
-  /// All is well again, and somebody with authority clears what latched and asks anew.
+  /// Ends all behaviours; then an operator with authority clears latched faults and requests closing again.
   void heal() {
     while (!going_.empty()) end(0);
     for (int attempt = 0; attempt < 4 && !is_closed(); ++attempt) {
@@ -240,7 +241,7 @@ class Trial {
     const unsigned part = 1 + move.part;
     const unsigned other = node % modules_ + 1;
     const std::string ends = filled(behaviours[behaviour].ends, node, part, other);
-    // What is already otherwise there would be undone by the second, or by its end.
+    // A second one on the same property would undo the first, or its end would.
     const bool is_taken = std::any_of(going_.begin(), going_.end(),
                                       [&](const Going& one) { return one.ends == ends && one.node == node; });
     if (is_taken || count_of(node) == behaviours_at_once) return;
@@ -274,8 +275,8 @@ class Trial {
     key_turned_ms_ = now_ms_;
     if (is_on) is_asked_since_opening_ = true;
   }
-  /// Of all that a module does, the time after which the last of it must have opened the pack; 0: perhaps never, as
-  /// something may hide the rest.
+  /// Time after which the last of a module's behaviours must have opened the pack; 0: perhaps never, as one may hide
+  /// the others.
   [[nodiscard]] int due_ms(unsigned node, const Going& what) const {
     int began_ms = what.since_ms;
     int within_ms = behaviours[what.behaviour].open_within_ms;
@@ -295,7 +296,7 @@ class Trial {
     const bool is_open = !is_closed();
     has_opened_ = has_opened_ || is_open;
     for (const Going& one : going_) {
-      // What a module did a moment ago and does no more may have kept the rest from being seen.
+      // A behaviour that has just ended may have hidden the others.
       const int due = due_ms(one.node, one);
       const bool is_over_time =
           due != 0 && now_ms_ > std::max(due, ended_ms_[one.node] + due - one.since_ms) + contactor_ms;
@@ -304,7 +305,7 @@ class Trial {
            " began: " + std::string(behaviours[one.behaviour].begins));
     }
   }
-  /// Closed only while the key is on, and only by a turn of it since the last opening.
+  /// Closed only while the key is on, and only after a turn of it since the last opening.
   void judge_wish() {
     const bool is_closed_now = is_closed();
     if (is_closed_now && !is_key_on_ && now_ms_ - key_turned_ms_ > key_ms) fail("closed with the vehicle off");
@@ -312,7 +313,7 @@ class Trial {
     if (!is_closed_now && was_closed_) is_asked_since_opening_ = is_key_on_ && now_ms_ - key_turned_ms_ <= key_ms;
     was_closed_ = is_closed_now;
   }
-  /// No switch is on for long while something speaks against it, nor beside a cell whose voltage nobody knows.
+  /// No switch is on for long while a blocker is active, nor beside a cell without a valid voltage.
   void judge_switches() {
     const Core& core = run_.core();
     blocked_ms_ = core.balancing().blockers() == 0 ? 0 : blocked_ms_ + 1;
@@ -333,7 +334,7 @@ class Trial {
       if (blind_ms_[index] > stop_ms) fail("a cell of module " + std::to_string(index + 1) + " bled unseen");
     }
   }
-  /// It does what it wants with its switches; those who have just ended that had no time to be told.
+  /// Whether its switches do not follow commands; a behaviour that has just ended left no time for the command.
   [[nodiscard]] bool is_deaf(unsigned node) const {
     const bool was_deaf = deaf_until_ms_[node] != 0 && now_ms_ - deaf_until_ms_[node] <= stop_ms;
     return was_deaf || std::any_of(going_.begin(), going_.end(), [node](const Going& one) {
@@ -353,7 +354,7 @@ class Trial {
   bool is_asked_since_opening_ = false;
   bool has_bled_ = false;
   int blocked_ms_ = 0;
-  // By node, and by module.
+  // By node; and by module.
   std::array<int, internal_bus::node_count_max + 1> ended_ms_{};
   std::array<int, internal_bus::node_count_max + 1> deaf_until_ms_{};
   std::array<int, internal_bus::node_count_max> on_ms_{};
@@ -379,7 +380,7 @@ TEST_CASE("whatever modules do, the pack is open in time, never closed unasked, 
     trial.heal();
     if (!trial.is_closed()) RC_FAIL(trial.story() + "not closed again");
   });
-  if (is_all) CHECK(opened > 0);  // else nothing was tried
+  if (is_all) CHECK(opened > 0);  // otherwise nothing was tried
 }
 
 TEST_CASE("whatever modules do, no cell bleeds for long against a reason or unseen",

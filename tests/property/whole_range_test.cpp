@@ -1,5 +1,5 @@
-// What properties over whole ranges rest upon: each case is tried, and one that fails is reported by the plainest, with
-// the command that runs it alone.
+// Foundation of properties over whole ranges: each case is tried, and of those that fail the plainest is reported, with
+// the command that runs only that case.
 #include "tests/support/whole_range.hpp"
 
 #include <string>
@@ -12,7 +12,7 @@ namespace {
 
 using test::WholeRange;
 
-/// Of 5 times 4 cases those fail whose numbers have a product of 6 or more.
+/// Of 5 times 4 cases those fail that have numbers with a product of 6 or more.
 std::vector<std::string> sweep(WholeRange& range) {
   std::vector<std::string> tried;
   for (std::size_t a = 0; a < 5; ++a) {

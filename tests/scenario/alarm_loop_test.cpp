@@ -1,6 +1,6 @@
-// The line of opening without the daemon: the modules' alarm outputs in the enable loop of the power distribution unit.
-// The daemon is frozen, while a sender goes on with its last command, as a daemon would whose decision hangs and whose
-// loop goes on.
+// The layer that opens without the daemon: the modules' alarm outputs in the enable loop of the PDU. The daemon is
+// frozen, while a sender repeats its last command, as a daemon would with a hanging decision and a running control
+// loop.
 #include <array>
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@
 namespace bmu {
 namespace {
 
-/// Sends the last CONTACTOR_COMMAND of a core every 50 ms, with a counter that goes on and a right checksum.
+/// Sends the last CONTACTOR_COMMAND of a core every 50 ms, with a counter that goes on and a correct checksum.
 class LiveSender : public CoreTap {
  public:
   void observed(const Observation& /*observation*/) override {}
@@ -36,7 +36,7 @@ class LiveSender : public CoreTap {
   TimePoint next_at_{};
 };
 
-/// A closed pack whose daemon is frozen from then on, and whose last command is repeated.
+/// A closed pack with a daemon that is frozen from then on, and with its last command repeated.
 class FrozenDaemon {
  public:
   FrozenDaemon(const std::string& pack, std::string_view script)
@@ -86,7 +86,7 @@ TEST_CASE("a frozen daemon with a live sender cannot keep an overcharged pack cl
     FrozenDaemon frozen(pack, with_loop);
     frozen.run(5s);
     REQUIRE(frozen.is_closed());
-    REQUIRE(frozen.pdu().counts().timeouts == 0);  // the second line has nothing to object
+    REQUIRE(frozen.pdu().counts().timeouts == 0);  // the second layer, the command timeout, has not acted
     frozen.apply("cell 1.2 voltage_mV 4600");
     frozen.run(module_takes);
     CHECK(frozen.is_open());
@@ -162,7 +162,7 @@ TEST_CASE("a module that starts again does not close what its alarm has opened",
 TEST_CASE("a daemon that decides names the open alarm loop, and closes again once it is cleared", "[scenario][SEC_1]") {
   const auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   REQUIRE(pack);
-  // The module's own limit is lower than the pack file's: it alone finds the cell too hot.
+  // The module's own limit is lower than the pack file's: only the module finds the cell too hot.
   SimulatorConfig world = simulator_config(pack->core);
   world.modules[0].alarm_temperature_dC = 400;
   VirtualRun run(pack->core, world,

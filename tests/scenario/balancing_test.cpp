@@ -33,8 +33,8 @@ CoreConfig shipped(const std::string& name) {
   return pack->core;
 }
 
-/// The 24 V pack with cells of a part of its charge: the same curve of voltage over charge, but what a resistor bleeds
-/// is as much more of a cell. So minutes show what takes hours.
+/// The 24 V pack with cells of `smaller` times less capacity: the same curve of voltage over charge, but a resistor
+/// bleeds that much more of a cell. So minutes show the effect of hours.
 CoreConfig small_cells(std::int64_t smaller) {
   CoreConfig config = shipped("lipo-6s-24v.json");
   config.cell.capacity_uAs /= smaller;
@@ -53,7 +53,7 @@ struct Rested {
   double low_mV = 1e9;
   double high_mV = 0.0;
 };
-/// What the cells come to when they rest.
+/// Range of the cells' voltages at rest.
 Rested rested(const SimRun& run, const CoreConfig& config) {
   Rested rested;
   const Plant& plant = run.simulator().plant();
@@ -79,7 +79,7 @@ std::string permille_text(double soc) {
 
 namespace {
 
-/// Hours a charge takes from one cell 100 mV below the rest, with cells of a part of their charge.
+/// Hours of a charge that starts with one cell 100 mV below the others, with `smaller` times less capacity.
 double hours_of_charge(std::int64_t smaller) {
   CoreConfig config = shipped("lipo-6s-24v.json");
   config.cell.capacity_uAs /= smaller;
@@ -91,7 +91,7 @@ double hours_of_charge(std::int64_t smaller) {
   const Rested before = rested(run, config);
   CHECK(before.high_mV - before.low_mV == Approx(100.0).epsilon(0.02));
   run.run_to(2.0);
-  run.apply("charger obeys nobody");  // less than an ampere, of which the vehicle is told whole ones
+  run.apply("charger obeys nobody");  // less than an ampere, and the limits to the vehicle are whole amperes
   run.apply("charger connected");
   run.run_to(6.0);
   REQUIRE(run.core().sequence().phase == Phase::closed);
@@ -146,7 +146,7 @@ TEST_CASE("cells 2, 5, 8 and 11 for two minutes: on in exactly those, read back,
   REQUIRE(modules == 8);
   config.cell.hysteresis_V = 0.0;
   config.cell.capacity_uAs = uAs_per_Ah;
-  // What the resistor takes in two and a half minutes, above what the dead band leaves.
+  // Charge that the resistor takes in two and a half minutes, in addition to that left by the dead band.
   const double low = 0.06;
   const double low_uV = ocv_uV(config.cell, low * 1e3);
   const double surplus_As = 150.0 * low_uV * 1e-6 / config.balancing.bleed_resistance_Ohm;
@@ -197,14 +197,14 @@ TEST_CASE("a charge that turns into a discharge stops all bleeding within half a
 
 namespace {
 
-/// One cell far below the others, and a short window.
+/// Small cells, for tests with one far below the others, and a short settling time.
 CoreConfig out_of_balance() {
   CoreConfig config = small_cells(40);
   config.balancing.settle = 2s;
   return config;
 }
 
-/// What module 1 says of its switches, whatever they are.
+/// Replaces the switch states in module 1's report.
 test::Fate say_switches(CanFrame& frame, std::uint16_t on) {
   if (frame.id != internal_bus::module.base_id + 1U) return {};
   write<internal_bus::module, "balancing_cells">(frame, on);
@@ -265,7 +265,7 @@ TEST_CASE("what is missing in the cells is kept when it is learned, then every t
   CoreConfig config = small_cells(10);
   config.balancing.method = BalancingMethod::charge;
   config.balancing.requires_closed = false;
-  config.balancing.capacity_tolerance_permille = 0;  // it goes on until the end
+  config.balancing.capacity_tolerance_permille = 0;  // it continues until the end
   config.balancing.dead_band_permille = 0;
   config.cell.hysteresis_V = 0.0;
   config.cell.slow_rc_resistance_Ohm = 0.0;
@@ -307,7 +307,7 @@ TEST_CASE("a hot board stops the bleeding of the whole pack, until it has cooled
   run.apply("module 1 board_temperature_dC 660");
   run.run_to(run.seconds() + 1.0);
   CHECK(on() == 0);
-  run.run_to(run.seconds() + 1.0);  // a jump like that is believed with the next sample
+  run.run_to(run.seconds() + 1.0);  // a jump of this size is accepted with the next sample
   CHECK(first_of(run.core().balancing().blockers()) == BalancingBlocker::board_too_hot);
   run.apply("module 1 board_temperature_dC 610");
   run.run_to(run.seconds() + 10.0);
@@ -348,7 +348,7 @@ double sum_of(const std::vector<double>& values) {
   return sum;
 }
 
-/// What a perfect bleeding would take: every cell down to the lowest, all at once.
+/// Requirement of an ideal bleeding: every cell down to the lowest, all at the same time.
 struct Least {
   double charge_Ah = 0.0;
   double energy_Wh = 0.0;
@@ -369,7 +369,7 @@ Least least_for(const BalancingBench& bench) {
   return least;
 }
 
-/// Bled until the planner finds nothing more; returns the hours it took.
+/// Bleeds until the plan is empty; returns the hours it took.
 double bleed_out(BalancingBench& bench) {
   const TimePoint began_at = bench.now();
   bench.blockers = 0;
@@ -385,7 +385,7 @@ double bleed_out(BalancingBench& bench) {
   return to_s(bench.now() - began_at) / 3'600.0;
 }
 
-/// A rest with contactors open, until every line of the book is as good as it gets.
+/// A rest with open contactors that gives every entry of the charge book its best accuracy.
 void rest(BalancingBench& bench) {
   bench.current_A = 0.0;
   bench.is_open = true;
@@ -418,7 +418,7 @@ std::string row_text(const char* round, double spread_before, double spread_afte
   return text.data();
 }
 
-/// One turn: learned near empty and near full, discharged to the middle of the flat stretch, bled there.
+/// One round: charges learned near empty and near full, discharge to the middle of the flat stretch, bled there.
 std::string turn(BalancingBench& bench, const char* name) {
   bring_lowest(bench, 0.02);
   rest(bench);
@@ -435,7 +435,7 @@ std::string turn(BalancingBench& bench, const char* name) {
   Least taken{.hours = bleed_out(bench)};
   taken.charge_Ah = sum_of(bench.bled_uAs) / static_cast<double>(uAs_per_Ah) - bled_Ah;
   taken.energy_Wh = (sum_of(bench.bled_J) - bled_J) / 3'600.0;
-  CHECK(*std::min_element(bench.soc.begin(), bench.soc.end()) >= lowest - 1e-6);  // nothing bled for nothing
+  CHECK(*std::min_element(bench.soc.begin(), bench.soc.end()) >= lowest - 1e-6);  // the lowest cell is not bled
   CHECK(taken.charge_Ah <= least.charge_Ah);
   CHECK(bench.soc_spread() < before);
   double longest_uAs = 0.0;
@@ -444,7 +444,7 @@ std::string turn(BalancingBench& bench, const char* name) {
   }
   const double bleed_A = ocv_uV(bench.config.cell, lowest * 1e3) * 1e-6 / bench.config.balancing.bleed_resistance_Ohm;
   const double on_hours = longest_uAs / static_cast<double>(uAs_per_Ah) / bleed_A;
-  // Measuring, and five minutes at most at a time, cost little beside the one cell that is bled longest.
+  // Measuring, and at most five minutes at a time, add little to the time of the cell that is bled longest.
   CHECK(taken.hours <= on_hours * 1.1);
   return row_text(name, before, bench.soc_spread(), least, taken, on_hours);
 }
@@ -469,7 +469,7 @@ TEST_CASE("96 LFP cells with 5 % of spread are balanced on the flat stretch: cha
   REQUIRE(bench.soc.size() == 96);
   for (std::size_t cell = 0; cell < 96; ++cell) {
     bench.soc[cell] = 0.30 + 0.05 * static_cast<double>(cell * 37 % 96) / 95.0;  // all of them, well mixed
-    // Somewhere between its ends, and as different from cell to cell as the book reckons with.
+    // Between its ends, and differing from cell to cell by as much as the charge book assumes.
     bench.hysteresis[cell] = -1.0 + 2.0 * static_cast<double>(cell * 53 % 96) / 95.0;
     bench.hysteresis_V[cell] = config.cell.hysteresis_V * (0.8 + 0.4 * static_cast<double>(cell * 29 % 96) / 95.0);
   }
@@ -504,7 +504,7 @@ struct Flatness {
   bool bleeds;
 };
 
-/// Each method on a curve that rises everywhere and on one that does not, in the middle and near the top.
+/// Each method on a curve that rises everywhere and on one with a flat stretch, in the middle and near the top.
 constexpr std::array flatness_rows{
     Flatness{"traction-16x12.json", 0.50, BalancingMethod::terminal_voltage, false},
     Flatness{"traction-16x12.json", 0.94, BalancingMethod::terminal_voltage, true},
@@ -514,7 +514,7 @@ constexpr std::array flatness_rows{
     Flatness{"lfp-96s.json", 0.95, BalancingMethod::terminal_voltage, true},
     Flatness{"lfp-96s.json", 0.50, BalancingMethod::ocv, false},
     Flatness{"lfp-96s.json", 0.95, BalancingMethod::ocv, true},
-    Flatness{"lfp-96s.json", 0.50, BalancingMethod::charge, false},  // nobody has learned anything
+    Flatness{"lfp-96s.json", 0.50, BalancingMethod::charge, false},  // no charge has been learned
 };
 
 }  // namespace
@@ -531,7 +531,7 @@ TEST_CASE("no method bleeds what may not be there, on a steep curve or a flat on
     BalancingBench bench(config);
     for (std::size_t cell = 0; cell < bench.soc.size(); ++cell) {
       bench.soc[cell] = row.soc + 0.05 * static_cast<double>(cell * 5 % 12) / 11.0;
-      // The worst there is: the lowest read too low, the others too high, by all their hysteresis and 1 mV.
+      // Worst case: the lowest read too low, the others too high, by all their hysteresis and 1 mV.
       bench.error_uV[cell] = (bench.soc[cell] == row.soc ? -1.0 : 1.0) * (config.cell.hysteresis_V * 1e6 + 1'000.0);
     }
     const double lowest = row.soc;

@@ -1,5 +1,5 @@
-// What everybody else sees while cells bleed. A resistor's current flows through the two wires its cell is measured
-// with: the cell reads lower by twice a wire's drop, each neighbour higher by one.
+// Effect of bleeding cells on the other monitors. A resistor's current flows through the two wires that measure its
+// cell: the cell reads lower by twice a wire's drop, each neighbour higher by one.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -18,7 +18,7 @@ namespace {
 constexpr double wire_Ohm = 0.1;  // 0.1 A through two of them: 20 mV at the cell, 10 mV at its neighbours
 constexpr std::uint32_t cell_frames = 2;
 
-/// Six cells of 80 mAh: what a resistor takes in minutes is what they have too much.
+/// Six cells of 80 mAh: a resistor removes their surplus in minutes.
 CoreConfig small_cells() {
   auto pack = load_pack_config(test::in_source("config/packs/lipo-6s-24v.json"));
   REQUIRE(pack.has_value());
@@ -30,18 +30,18 @@ CoreConfig small_cells() {
   return pack->core;
 }
 
-/// In uV, of a cell, from 0, for these switches.
+/// Voltage drop in uV that lowers the reading of a cell, counted from 0, with the present switches.
 double drop_uV(const WiredPack& pack, std::size_t cell) {
   const unsigned on = pack.simulator().mmu(0).balancing_cells();
   const double bleed_A = 4.0 / pack.config().balancing.bleed_resistance_Ohm;
   const auto is_on = [on](std::size_t one) { return (on >> one & 1U) != 0; };
-  // Of the wires at its lower and its upper end: its own current, less that of the cell on the wire's other side.
+  // Currents in the wires at its lower and its upper end: its own, less that of the cell on the wire's other side.
   const double lower = (is_on(cell) ? 1.0 : 0.0) - (cell > 0 && is_on(cell - 1) ? 1.0 : 0.0);
   const double upper = (is_on(cell) ? 1.0 : 0.0) - (is_on(cell + 1) ? 1.0 : 0.0);
   return (lower + upper) * wire_Ohm * bleed_A * 1e6;
 }
 
-/// The module's CELLS frames as its wires make them.
+/// The module's CELLS frames with the drops of its wires.
 test::Fate through_wires(CanFrame& frame, const WiredPack& pack) {
   for (std::size_t block = 0; block < cell_frames; ++block) {
     const MessageSpec& row = *internal_bus::cells_rows[block];
@@ -65,7 +65,7 @@ std::int64_t count_of(const WiredPack& pack, FaultId id) {
   return pack.core().faults().state(id).count;
 }
 
-/// Closed at a charger's small current, five cells bleeding.
+/// Closes on a charger's small current, with five cells bleeding.
 void make_bleed(WiredPack& pack, const char* more = "") {
   pack.on_sent = through_wires;
   pack.apply("pack soc_permille 500; cell 1.3 soc_permille 300");
@@ -77,7 +77,7 @@ void make_bleed(WiredPack& pack, const char* more = "") {
   pack.run(3s);
 }
 
-/// As the core has read them.
+/// Voltage as the core has received it.
 std::int32_t read_uV(const WiredPack& pack, std::size_t cell) {
   return pack.core().modules().modules()[0].cell_voltage_uV[cell].value;
 }
@@ -106,7 +106,7 @@ TEST_CASE("cells that bleed through their wires raise no alarm, at rest or while
 
 namespace {
 
-/// How long values of the module that repeat themselves take to be found, from a step of the current on.
+/// Time from a step of the current until repeated values of the module are detected.
 Duration until_stuck_is_found(const char* charger, bool bleeds) {
   CoreConfig config = small_cells();
   config.balancing.is_enabled = bleeds;
@@ -185,7 +185,7 @@ TEST_CASE("what the wires hide of an overvoltage comes out when the switches go 
   REQUIRE(is_bleeding(pack));
   CHECK(read_uV(pack, 5) < open_uV);
   CHECK(count_of(pack, FaultId::cell_overvoltage) == 0);
-  // It is no secret: the warning stands meanwhile, and the charger is allowed less.
+  // It is visible: the warning stands meanwhile, and the charge limit is reduced.
   CHECK(pack.core().faults().state(FaultId::cell_overvoltage).is_warning);
   REQUIRE(pack.run_until([](const WiredPack& now) { return now.phase() == Phase::open; }, 301s));
   CHECK(count_of(pack, FaultId::cell_overvoltage) == 1);

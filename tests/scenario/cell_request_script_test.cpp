@@ -1,4 +1,4 @@
-// A display in the emulated vehicle that asks for data, by a script.
+// A display in the emulated vehicle that requests data, by a script.
 #include <algorithm>
 #include <string_view>
 #include <vector>
@@ -40,7 +40,7 @@ TEST_CASE("what an emulated display asks is what the maker's table has", "[scena
   display.ask(word_of("clear_faults"));
   const std::array<std::array<std::uint8_t, 4>, 3> worked{
       {{0x03, 0x10, 0x43, 0x00}, {0x03, 0x10, 0x14, 0x05}, {0x03, 0x14, 0x62, 0x00}}};
-  // The first of these has no number where nobody has given one.
+  // The first of these has no number, since none was set.
   for (const std::array<std::uint8_t, 4>& bytes : worked) {
     const std::optional<CanFrame> frame = display.take();
     REQUIRE(frame);
@@ -68,7 +68,7 @@ TEST_CASE("a script asks the master for data, and waits for the answer", "[scena
   run.run_to(2.4);
   CHECK(run.core().cell_requests().answered == 2);
   CHECK(run.core().cell_requests().unanswered == 1);
-  run.apply("vehicle asks clear_faults");  // which the pack file does not allow
+  run.apply("vehicle asks clear_faults");  // not allowed by the pack file
   run.run_to(2.6);
   CHECK(run.core().cell_requests().refused == 1);
 }

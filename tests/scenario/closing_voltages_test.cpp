@@ -1,5 +1,5 @@
-// A closing whose voltages stop coming, at the packs as shipped: what was measured before main positive had its time to
-// close says nothing about it, and closes no pack.
+// Closing with voltage measurements that stop, with the packs as shipped: a voltage measured before main positive had
+// its time to close proves nothing about it, and closes no pack.
 #include <array>
 #include <string>
 #include <string_view>
@@ -16,14 +16,14 @@ namespace {
 
 constexpr std::array packs{"demo-48s",       "charger-48s",     "lipo-6s-24v", "shell-eco-6s", "outlander-80s",
                            "traction-16x12", "storage-16s-48v", "i3-96s",      "lfp-96s",      "fs-20s3p-84v"};
-/// Before main positive is commanded. With the last sample that grants it the closing goes on for a while.
+/// Time before main positive is commanded. After the last sample that permits it the closing goes on for some time.
 constexpr std::array silent_before{0ms, 1ms, 20ms, 50ms};
 
 bool is_at_main_positive(const WiredPack& pack) {
   return pack.phase() == Phase::main_positive;
 }
 
-/// About to be asked to close.
+/// A pack that has just received its close request.
 WiredPack ready_pack(const std::string& name) {
   const auto config = load_pack_config(test::in_source("config/packs/" + name + ".json"));
   REQUIRE(config);

@@ -1,5 +1,6 @@
-// The first load or charge after the closing, at the packs as shipped: a current sensor the wrong way round is named by
-// it, however soon it comes and however small it stays, and one that is right is not. What docs/commissioning.md says.
+// The first load or charge after the closing, with the packs as shipped: it reveals a reversed current sensor, however
+// soon it comes and however small it stays, and confirms no fault with a correct one. As stated in
+// docs/commissioning.md.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -20,7 +21,7 @@ namespace {
 constexpr std::array packs{"demo-48s",       "charger-48s",     "lipo-6s-24v", "shell-eco-6s", "outlander-80s",
                            "traction-16x12", "storage-16s-48v", "i3-96s",      "lfp-96s",      "fs-20s3p-84v"};
 constexpr Duration named_within = 500ms;
-/// Before and behind the moment from which on the closed pack has been calm for long enough.
+/// Before and after the time at which the closed pack has been calm for long enough.
 constexpr Duration soon_after_closing[] = {150ms, 300ms, 500ms, 700ms, 1s, 1'200ms, 1'500ms, 3s, 8s};
 
 const FaultState& contradiction(const WiredPack& pack) {
@@ -31,7 +32,7 @@ std::string load(double current_A) {
   return "load current_A " + std::to_string(current_A);
 }
 
-/// Just closed: its key was turned 1.5 s after the start, when `events` had happened.
+/// A pack that has just closed: its key was turned 1.5 s after the start, after `events`.
 WiredPack closed_pack(const CoreConfig& config, const std::string& events, std::int32_t cell_noise_uV = 0) {
   WiredPack pack(config, {}, test::slowest_bus, WiredPack::start, cell_noise_uV);
   pack.apply("pack soc_permille 600" + events);
@@ -44,7 +45,7 @@ WiredPack closed_pack(const std::string& name, const std::string& events, std::i
   return closed_pack(config->core, events, cell_noise_uV);
 }
 
-/// Every way in which a current comes to the core, in the place of the sensor of the demonstration.
+/// Every kind of current source of the core, in place of the demonstration's sensor.
 struct SensorKind {
   const char* name;
   const char* keys;
@@ -65,7 +66,7 @@ CoreConfig with_sensor(const SensorKind& kind, bool is_inverted) {
                             "}}");
 }
 
-/// From a step of the current to the fault of a sensor the wrong way round.
+/// Time from a step of the current to the fault of a reversed sensor.
 std::optional<Duration> time_to_name(WiredPack pack, Duration after_closing, double current_A) {
   pack.run(after_closing);
   pack.apply(load(current_A));
@@ -106,7 +107,7 @@ TEST_CASE("of every kind of current sensor the first load names the one that is 
         CAPTURE(current_A);
         CHECK(time_to_name(reversed, 1s, current_A).value_or(5s) <= named_within);
       }
-      // The right way round nothing contradicts, and the current has the direction out of the pack.
+      // With correct direction nothing contradicts, and a current out of the pack is positive.
       WiredPack right = closed_pack(config, "");
       right.run(1s);
       right.apply(load(15.0));
@@ -114,7 +115,7 @@ TEST_CASE("of every kind of current sensor the first load names the one that is 
       CHECK(contradiction(right).count == 0);
       CHECK(right.core().pack().current_mA.is_valid());
       CHECK(right.core().pack().current_mA.value > 14'000);
-      // One of two alone contradicts the other.
+      // A single reversed one of two contradicts the other.
       if (!config.sensor.has_second_current) continue;
       WiredPack single = closed_pack(config, "; sensor current_2 inverted on");
       single.run(1s);

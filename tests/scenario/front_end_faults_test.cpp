@@ -1,5 +1,5 @@
-// The shipped pack whose modules have to report what their front ends find: each of the bits opens it alone, while
-// every voltage and temperature is as it should be, and a module that cannot report them is never closed.
+// The shipped pack with modules that must report the faults of their front ends: each of the bits alone opens it, with
+// all voltages and temperatures normal, and a pack with a module that cannot report them is never closed.
 #include <string>
 #include <string_view>
 
@@ -41,7 +41,7 @@ SimRun charged_run() {
   return run;
 }
 
-/// The contacts really are open, and this is why.
+/// The contacts really are open, by this fault.
 void check_opened_by(const SimRun& run, FaultId fault) {
   CHECK(run.core().sequence().phase == Phase::open);
   CHECK(run.core().last_opening().fault == fault);
@@ -49,7 +49,8 @@ void check_opened_by(const SimRun& run, FaultId fault) {
   CHECK(run.core().faults().state(fault).confirmed.element.module_node == 1);
 }
 
-/// Nothing closes again by itself: the module keeps the fault until it is cleared, as its front end is well again.
+/// The pack does not close again by itself: the front end has recovered, but the module keeps the fault until it is
+/// cleared.
 void check_way_back(SimRun& run, std::string_view ends, FaultId fault) {
   run.apply(ends);
   run.run_to(run.seconds() + 3.0);

@@ -1,5 +1,5 @@
-// Every row of the fault table that judges a number, from its cause in the pack to its end: seen through the frames of
-// emulated modules, sensor and unit, confirmed, and gone for good when the cause is gone and somebody has cleared it.
+// Every row of the fault table with a limit, from its cause in the pack to its end: measured through the frames of
+// emulated modules, sensor and PDU, confirmed, and permanently gone when its cause has ended and it was cleared.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -14,7 +14,7 @@ using test::WiredPack;
 
 namespace {
 
-/// A pack whose file asks for everything that can be watched, and whose cells answer a current.
+/// A pack with everything monitored that can be, and cells that respond to a current.
 CoreConfig watchful_pack() {
   CoreConfig config = test::small_pack();
   config.cell.voltage_max_uV = 4'250'000;
@@ -89,7 +89,7 @@ constexpr std::array rows{
              that_drives_on},
 };
 
-/// Starts and stops of the load, for rows that need to see the cells answer.
+/// Switches the load on and off, for rows that evaluate the response of the cells.
 void pulse(WiredPack& pack, int times) {
   for (int count = 0; count < times; ++count) {
     pack.apply(count % 2 == 0 ? "load current_A 30" : "load current_A 0");

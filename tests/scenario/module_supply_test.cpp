@@ -1,5 +1,5 @@
-// A module without its external supply: its CAN side has no power, so it neither receives nor sends, and to the master
-// it is lost. One whose cells feed its CAN side, too, is taken for lost half a second later.
+// A module without its external supply: its CAN side has no power, so it neither receives nor sends, and the master
+// reports it as lost. If its cells feed its CAN side, too, the loss of its supply opens the pack half a second later.
 #include <string>
 #include <string_view>
 
@@ -45,13 +45,13 @@ TEST_CASE("a module on its own supply sends nothing and receives nothing", "[sce
   };
   REQUIRE(answers_of(2, 1s) > 0);
   REQUIRE(simulator.apply("module 2 external_supply_mV 0"));
-  static_cast<void>(answers_of(2, 100ms));  // what was under way
+  static_cast<void>(answers_of(2, 100ms));  // answers in progress
   CHECK(answers_of(2, 900ms) == 0);
   CHECK(answers_of(1, 100ms) > 0);
   const std::uint64_t answered = simulator.mmu(1).counts().polls_answered;
   CHECK(answers_of(2, 2s) == 0);
   CHECK(simulator.mmu(1).counts().polls_answered == answered);  // it received none
-  CHECK(simulator.mmu(1).mode() == UnitMode::asleep);           // polls come, and it knows of none
+  CHECK(simulator.mmu(1).mode() == UnitMode::asleep);           // polls are sent, and it receives none
   REQUIRE(simulator.apply("module 2 external_supply_mV 12000"));
   static_cast<void>(answers_of(2, 500ms));
   CHECK(answers_of(2, 1s) > 0);

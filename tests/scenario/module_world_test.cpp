@@ -1,5 +1,5 @@
-// Modules in the emulated world, where cells really lose charge through their switches: on their own, with a front end
-// that fails them, on another thermistor than they think.
+// Modules in the emulated pack, where cells really lose charge through their switches: in autonomous mode, with a front
+// end that fails, with a thermistor of another curve than configured.
 #include <algorithm>
 #include <string>
 
@@ -191,7 +191,7 @@ TEST_CASE("a script makes a unit convert by the other curve, with thermistors to
   CHECK(measured_dC("0 module 1 converts steinhart_hart\n1 module 1 converts table") == 500);
 }
 
-/// What its resistor takes off a cell.
+/// Bleed current of a cell.
 double bled_A(const SmallModule& module, std::size_t cell) {
   const PlantCell& one = module.simulator.plant().cell(cell);
   return one.voltage_V * one.balancing_siemens;
@@ -199,7 +199,7 @@ double bled_A(const SmallModule& module, std::size_t cell) {
 
 TEST_CASE("no current flows through an open wire", "[scenario][mmu][MMU_3]") {
   const auto bleeding = [](std::string_view wires, std::initializer_list<std::uint8_t> minutes) {
-    // The unit does not see the wires: with silent ones it has nothing to refuse.
+    // The module does not detect silent open wires, so it has nothing to refuse.
     SmallModule module("0 pack soc_permille 500\n" + std::string(wires));
     module.run_polled(1s);
     const CanFrame order = balance_frame(1, 1, minutes);

@@ -1,6 +1,5 @@
 // Modules that were written from version 1 of the protocol alone (tests/support/naive_module.hpp): a pack of them works
-// with the core, and mmu/ answers a master just as they do. What the one says and the other does not is a gap in the
-// protocol.
+// with the core, and mmu/ answers a master just as they do. A difference between the two is a gap in the protocol.
 #include "tests/support/naive_module.hpp"
 
 #include <algorithm>
@@ -39,7 +38,7 @@ unsigned long naive_ms(TimePoint now) {
 
 // --- a pack of them, with the real core -----------------------------------------------------------------------------
 
-/// The bench's world with its own modules mute and naive ones in their places, on the same cells.
+/// The bench with its own modules silent and naive ones in their places, on the same cells.
 class NaivePack {
  public:
   explicit NaivePack(std::size_t modules) : NaivePack(pack_of(modules)) {}
@@ -50,7 +49,7 @@ class NaivePack {
     }
     listen();
   }
-  /// As after a moment without power: it knows nothing but who it is.
+  /// State after a brief loss of power: only its identity is left.
   void power_up(std::size_t index) {
     const BenchModule& module = bench.modules[index];
     naive::naive_init(naive[index], module.node, module.cell_count, module.sensor_count, module.serial_number,
@@ -58,7 +57,7 @@ class NaivePack {
     for (int& dC : naive[index].cell_dC) dC = 250;
     for (int& degrees : naive[index].board_C) degrees = 30;
   }
-  /// Another life of the daemon, whose counters begin with `first_counter`, with the modules of the life before.
+  /// Another session of the daemon, with counters from `first_counter` on and the modules of the session before.
   NaivePack(const NaivePack& before, const CoreConfig& config, std::uint8_t first_counter)
       : bench(config, {}, first_counter), naive(before.naive), lived_ms_(before.now_ms() - naive_ms(bench.now())) {
     for (std::size_t index = 0; index < naive.size(); ++index) {
@@ -71,7 +70,7 @@ class NaivePack {
 
   CoreBench bench;
   std::vector<naive::Module> naive;
-  std::size_t mute = SIZE_MAX;  // this one's frames get lost
+  std::size_t mute = SIZE_MAX;  // frames of the module with this index get lost
   bool cells_lose = false;      // 6 mV in a minute of bleeding
 
   [[nodiscard]] unsigned long now_ms() const { return lived_ms_ + naive_ms(bench.now()); }
@@ -88,7 +87,7 @@ class NaivePack {
       if (const auto* const heard = std::get_if<FrameReceived>(&observation.what)) hear_others(heard->frame);
     };
   }
-  /// What PDU, sensor and other modules send matters to those that sleep.
+  /// Frames of PDU, sensor and other modules matter to sleeping modules only.
   void hear_others(const CanFrame& frame) {
     for (naive::Module& module : naive) {
       if (module.asleep) naive_receive(module, plain(frame), now_ms());
@@ -128,7 +127,7 @@ class NaivePack {
   unsigned long lived_ms_ = 0;
 };
 
-/// Goes by the voltages of cells at rest, and bleeds an open pack.
+/// Balances by the voltages of cells at rest, with open contactors, too.
 CoreConfig balanced_pack(std::size_t modules) {
   CoreConfig config = pack_of(modules);
   config.balancing.is_enabled = true;
@@ -186,7 +185,7 @@ TEST_CASE("foreign modules get the pack's limits, and again after a restart at a
     INFO("restarted " << phase_ms << " ms later");
     CHECK(has_limits(pack.naive[2]));
     CHECK(pack.naive[2].polls_answered > 10);
-    CHECK_FALSE(pack.naive[2].restarted);  // told
+    CHECK_FALSE(pack.naive[2].restarted);  // reported
     CHECK(pack.bench.core().sequence().phase == Phase::closed);
     CHECK_FALSE(has_module_fault(pack.bench));
   }
@@ -206,13 +205,13 @@ TEST_CASE(
   pack.bench.inputs.vehicle_on = false;
   REQUIRE(pack.bench.run_until([&] { return pack.bench.core().rest().is_resting(); }, 20s));
   pack.bench.run(3s);
-  // PDU and sensor have woken them, as often as they were told to sleep; each has said who it is.
+  // PDU and sensor have woken them after every sleep command; each has sent its IDENT.
   const auto is_awake = [](const naive::Module& one) { return !one.asleep && !one.ident_due; };
   CHECK(std::all_of(pack.naive.begin(), pack.naive.end(), is_awake));
   const std::size_t sent = pack.bench.sent().size();
   pack.bench.run(30s);
   CHECK(pack.bench.core().rest().is_resting());
-  CHECK(pack.bench.sent().size() == sent);  // and nobody answers them
+  CHECK(pack.bench.sent().size() == sent);  // and the master does not answer them
   REQUIRE(pack.bench.run_until([&] { return pack.bench.core().rest().phase() == RestPhase::looking; }, 60s));
   REQUIRE(pack.bench.run_until([&] { return pack.bench.core().rest().is_resting(); }, 5s));
   for (const FaultId id : {FaultId::module_lost, FaultId::duplicate_node, FaultId::unknown_module,
@@ -223,8 +222,9 @@ TEST_CASE(
   CHECK(pack.bench.run_until([&] { return pack.bench.core().sequence().phase == Phase::closed; }, 20s));
 }
 
-/// A step of the current, in mA, that cells of 1 mOhm answer so much earlier than it comes to the sensor, or later:
-/// what the times of modules and sensor are not known better than. Then everything stands still for 9.5 s.
+/// A step of the current to `to_mA`, in mA, with cells of 1 mOhm that respond `cells_ahead` before it reaches the
+/// sensor, or after it if negative: within the uncertainty of the times of modules and sensor. Then all values are
+/// constant for 9.5 s.
 void step_and_stand_still(NaivePack& pack, std::int32_t to_mA, Duration cells_ahead) {
   constexpr std::int32_t open_uV = 3'700'000;
   constexpr Duration stands_still = 9'500ms;
@@ -289,7 +289,7 @@ TEST_CASE("what a foreign module flags opens the pack as what is measured does",
   NaivePack pack(4);
   REQUIRE(pack.bench.close());
   SECTION("a flag alone") {
-    pack.naive[1].uv_raw = 38'000;  // it was given another limit than the core has
+    pack.naive[1].uv_raw = 38'000;  // its limit differs from that of the core
     CHECK(pack.bench.run_until([&pack] { return !pack.bench.commanded().any_contactor(); }, 6s));
     CHECK(pack.bench.is_active(FaultId::module_reports_undervoltage));
   }
@@ -345,9 +345,9 @@ TEST_CASE("a second life of the daemon is heard by foreign modules from its firs
     first.bench.give(Command::balancing_off);
     first.bench.run(100ms);
     CHECK(first.cells_on() == 0);
-    const unsigned heard = first.naive[0].command_counter[1];  // of what was said to all
+    const unsigned heard = first.naive[0].command_counter[1];  // of the broadcast commands
     NaivePack second(first, config, static_cast<std::uint8_t>(heard + ahead));
-    second.naive[1].uv_raw = 30'000;  // it has forgotten
+    second.naive[1].uv_raw = 30'000;  // it has lost its limits
     second.naive[1].limits_set = false;
     second.bench.run(800ms);
     CHECK(second.naive[1].limits_set);
@@ -370,7 +370,7 @@ class SideBySide {
       set_voltage(cell, 3'650'000 + 100 * static_cast<std::int32_t>(cell * cell));
     }
     bench.measured.module_mV = 43'812;
-    bench.measured.reports_faults = false;  // as the other one, which was built before them
+    bench.measured.reports_faults = false;  // as the naive one, which is older than them
     naive.module_raw = 43'812 / 2;
     for (int sensor = 0; sensor < 4; ++sensor) {
       naive.cell_dC[sensor] = 251 - 100 * sensor;
@@ -415,7 +415,7 @@ class SideBySide {
   }
 };
 
-/// Identifiers and bytes, without the age of the voltages: when a module samples is its own affair.
+/// Identifiers and bytes, without the age of the voltages: the time of sampling is up to the module.
 bool are_alike(const std::vector<CanFrame>& one, const std::vector<CanFrame>& other) {
   return std::equal(one.begin(), one.end(), other.begin(), other.end(), [](CanFrame a, CanFrame b) {
     const bool is_status = a.id >= 0x100 && a.id < 0x140;
@@ -443,7 +443,7 @@ TEST_CASE("a foreign module and this one tell failed cells, switches, open wires
   both.set_voltage(4, 4'250'000);
   both.set_voltage(8, 2'900'000);
   both.run_polled(4s);
-  both.set_voltage(8, 3'600'000);  // failed it stays
+  both.set_voltage(8, 3'600'000);  // it stays failed
   both.bench.measured.open_wires = cell_bit(10);
   both.naive.open_wires = 1U << 10U;
   both.bench.measured.cell_temperature_dC[1] = not_known(Validity::open_circuit);
@@ -473,7 +473,7 @@ TEST_CASE("a foreign module and this one do and answer the same COMMANDs", "[sce
     for (int byte = 1; byte <= 5; ++byte) frame.b[byte] = static_cast<unsigned char>(random.next());
     frame.b[0] = static_cast<unsigned char>(random.next() % 10);
     if (frame.b[0] == 1) frame.b[1] = static_cast<unsigned char>(trial % 3);          // sleep has its own test
-    if (frame.b[0] == 2) frame.b[3] = static_cast<unsigned char>(frame.b[3] % 0xC3);  // up to what can be measured
+    if (frame.b[0] == 2) frame.b[3] = static_cast<unsigned char>(frame.b[3] % 0xC3);  // up to the measurable maximum
     if (frame.b[0] == 2 && trial % 2 == 0) frame.b[1] = 0x10;
     if (frame.b[0] == 3) {  // 6 in few places, else nearly all would be refused
       for (int byte = 1; byte <= 5 && trial % 4 != 0; ++byte) frame.b[byte] = 0xFF;
@@ -487,7 +487,7 @@ TEST_CASE("a foreign module and this one do and answer the same COMMANDs", "[sce
     REQUIRE(both.from_mmu.size() == 1);
     ++results[both.from_mmu.front().data[1]];
     if (trial % 100 == 0) both.poll(0x1F);
-    // Limits that these cells exceed would have one latch what the other counts anew.
+    // With limits that these cells exceed, one would latch a fault while the other starts to count again.
     naive::Frame limits{.id = 0x343, .b = {2, 0x75, 0x30, 0xA4, 0x10}};
     both.send(limits, ++both.command_counter);
     both.run(5ms);
@@ -517,7 +517,7 @@ TEST_CASE("a foreign module and this one balance alike: minutes, changes, the en
     std::array<Seen, 2> seen;
     for (int ms = 0; ms < 150'000; ++ms) {
       if (ms % 500 == 0) both.poll(0);
-      // Said again while it runs it changes nothing.
+      // Repeated while it runs, the command changes nothing.
       if (ms == 40'000) both.send({.id = 0x343, .b = {3, 0x08, 0x04, 0x02, 0x01, 0x00}}, ++both.command_counter);
       both.run(1ms);
       seen[0].note(both.bench.mmu.balancing_cells(), std::chrono::milliseconds(ms));
@@ -525,15 +525,15 @@ TEST_CASE("a foreign module and this one balance alike: minutes, changes, the en
     }
     return seen;
   };
-  // Cells 2, 5, 8, 11 for two minutes, the rest 0; cell 5 alone is the worked frame 03 FF F5 FF FF F0.
+  // Cells 2, 5, 8, 11 for two minutes, the others 0; cell 5 alone is the worked frame 03 FF F5 FF FF F0.
   both.send({.id = 0x343, .b = {3, 0x08, 0x04, 0x02, 0x01, 0x00}}, ++both.command_counter);
   for (const Seen& seen : watch()) {
-    CHECK(seen.first_on <= 1s);  // this one switches at the marks of a second
+    CHECK(seen.first_on <= 1s);  // mmu/ switches on full seconds
     CHECK(seen.on_for >= 119'990ms);
     CHECK(seen.on_for <= 120s);
     CHECK_FALSE(seen.was_another);
   }
-  both.send({.id = 0x343, .b = {3}}, ++both.command_counter);  // 0 minutes, for one that keeps its number
+  both.send({.id = 0x343, .b = {3}}, ++both.command_counter);  // 0 minutes, since the naive module keeps its number
   both.send({.id = 0x343, .b = {3, 0xFF, 0xF5, 0xFF, 0xFF, 0xF0}}, ++both.command_counter);
   both.run_polled(2s);
   CHECK(both.bench.mmu.balancing_cells() == cell_bit(4));
@@ -573,7 +573,7 @@ TEST_CASE("a foreign module and this one fall asleep, wake and speak alike", "[s
     both.run(2s);
     both_said_who_they_are();
     CHECK(both.bench.mmu.is_asleep());
-    CHECK_FALSE(both.naive.asleep);  // the protocol gives no rule for that
+    CHECK_FALSE(both.naive.asleep);  // the protocol has no rule for that
   }
 }
 

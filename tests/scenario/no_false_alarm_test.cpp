@@ -1,4 +1,4 @@
-// The shipped packs at work: what judges one measurement by another must not see ghosts in steps, pauses and
+// The shipped packs in use: checks of one measurement against another must not raise false alarms in steps, pauses and
 // relaxation, nor in a charge that ends at a constant voltage.
 #include <algorithm>
 #include <string>
@@ -22,7 +22,7 @@ CoreConfig config_of(const char* name) {
   return read->core;
 }
 
-/// Every fault of those that compare, seen or only suspected for a while.
+/// No fault of the checks that compare, neither confirmed nor pending for some time.
 bool is_quiet(const Core& core) {
   return !core.faults().state(FaultId::stuck_values).is_present() &&
          !core.faults().state(FaultId::stuck_values).is_warning &&
@@ -67,7 +67,7 @@ TEST_CASE("cells that a charger holds at its voltage are not stuck", "[scenario]
   test::SimRun run(config);
   run.apply("pack soc_permille 985");
   run.apply("charger current_A 3");
-  run.apply("charger obeys nobody");  // what holds the cells is its own voltage
+  run.apply("charger obeys nobody");  // its own voltage holds the cells
   run.run_to(3);
   run.apply("charger connected");
   run.run_to(9);

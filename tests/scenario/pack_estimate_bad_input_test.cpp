@@ -1,5 +1,5 @@
-// What the estimates of a closed pack make of sensors that lie, stand still or say nothing: nothing steps, what is not
-// measured is doubted, and what is wrong is named.
+// Estimates of a closed pack with sensors that are wrong, frozen or silent: no value jumps, the uncertainty of
+// unmeasured values grows, and the fault is named.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,10 +22,10 @@ CoreConfig pack_file() {
   return pack->core;
 }
 
-/// What was seen in a while: which faults, and how what is told moved.
+/// Observations of a drive: the faults, and the changes of the published SOC.
 struct Watched {
   std::vector<std::string> faults;
-  double steepest_per_s = 0.0;  // of the told state of charge
+  double steepest_per_s = 0.0;  // of the published state of charge
   bool was_known = true;
   double sigma_most = 0.0;
   bool was_number = true;
@@ -49,7 +49,7 @@ void look(Watched& watched, const WiredPack& pack) {
   }
 }
 
-/// Drives in turns of three seconds, opened or not.
+/// Applies loads of three seconds each, whether the pack has opened or not.
 Watched drive(WiredPack& pack, Duration duration) {
   Watched watched;
   constexpr std::array loads_A{8.0, 1.0, 5.0, 0.0};
@@ -77,9 +77,9 @@ WiredPack driven_pack() {
   return pack;
 }
 
-/// Known all the time, a number with its doubt for each cell, and no step in what was told.
+/// Valid all the time, a number with its uncertainty for each cell, and no jump of the published SOC.
 bool is_sound(const Watched& watched) {
-  constexpr double told_most_per_s = 0.022;  // 2 % in five minutes of a young life, and what flows
+  constexpr double told_most_per_s = 0.022;  // 2 % per second in the first five minutes of a session, and the current
   UNSCOPED_INFO("known " << watched.was_known << ", numbers " << watched.was_number << ", at most "
                          << watched.steepest_per_s << " a second");
   return watched.was_known && watched.was_number && watched.steepest_per_s < told_most_per_s;

@@ -1,5 +1,5 @@
-// The estimates of a pack whose cells are not what their file says, measured by a sensor that errs: how far off they
-// come, and whether they say so. The plant is the emulated pack, whose equations are its own.
+// Estimates of a pack with cells that differ from their file, measured by a sensor with errors: their deviation, and
+// whether their uncertainty covers it. The plant is the emulated pack, which has its own equations.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ CoreConfig pack_file(const char* name) {
   return pack->core;
 }
 
-/// Every cell of the first module, by the script's words after "cell 1.N".
+/// Applies an event to every cell of the first module: the script's words after "cell 1.N".
 void each_cell(WiredPack& pack, const std::string& words) {
   for (std::uint8_t cell = 1; cell <= pack.config().modules[0].cell_count; ++cell) {
     pack.apply("cell 1." + std::to_string(cell) + " " + words);
@@ -30,10 +30,10 @@ void each_cell(WiredPack& pack, const std::string& words) {
 
 struct Followed {
   double worst = 0.0;   // of any cell, from the second quarter on
-  double inside = 0.0;  // share of looks at which the truth lay within two standard deviations
+  double inside = 0.0;  // share of samples with the truth within two standard deviations
 };
 
-/// Drives with pauses until `duration` is over, at about `load_A`.
+/// Drives with pauses for `duration`, at about `load_A`.
 Followed drive(WiredPack& pack, double load_A, Duration duration) {
   Followed followed;
   double looks = 0.0;

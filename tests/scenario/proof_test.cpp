@@ -1,4 +1,4 @@
-// The proof in virtual time: each script holds, and its pack is opened by whom it has to be, in time.
+// The proof in virtual time: each script passes, and its pack is opened by the required cause, in time.
 #include <algorithm>
 #include <iterator>
 
@@ -12,7 +12,7 @@ using namespace bmu;
 
 namespace {
 
-/// Of the second of two packs: 72 % of its charge, told once a second until it falls silent.
+/// Report of the second of two packs: 72 % of its charge, sent once a second until it falls silent.
 void tell_second_pack(VirtualRun& run) {
   constexpr Duration silent_from = 8s;
   constexpr std::uint8_t charge[] = {72, 0, 28, 0, 100, 255, 98};

@@ -44,7 +44,7 @@ std::string where(const Element& element) {
   return std::to_string(element.module_node) + (element.number == 0 ? "" : "." + std::to_string(element.number));
 }
 
-/// Empty if it holds, else what was found instead.
+/// Empty if it is true, else the state that was found.
 std::string check_fault(const Core& core, const std::vector<std::string>& words) {
   const FaultRow* row = words.size() >= 2 ? find_fault(words[1]) : nullptr;
   if (row == nullptr) return "no such fault";

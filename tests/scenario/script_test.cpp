@@ -1,4 +1,4 @@
-// Scripts as they happen: events, conditions and their verdict, against the emulated pack alone and beside the core.
+// Execution of scripts: events, conditions and their verdict, with the emulated pack alone and with the core.
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -45,7 +45,7 @@ struct Stage {
   [[nodiscard]] ScriptVerdict verdict() const { return simulator.script().verdict(); }
   [[nodiscard]] bool is_closed() const { return simulator.plant().is_closed(ContactorName::main_positive); }
   [[nodiscard]] std::string failure() const { return simulator.script().failure(); }
-  /// Of the outcome with this number, when it was decided.
+  /// Time at which the outcome with this number was decided.
   [[nodiscard]] Duration decided(std::size_t outcome) const {
     REQUIRE(simulator.script().outcomes().size() > outcome);
     return simulator.script().outcomes()[outcome].ended_at - power_up;
@@ -120,7 +120,7 @@ TEST_CASE("lines before a wait go on in their own time", "[scenario][script]") {
 TEST_CASE("an expectation that does not hold says what was there", "[scenario][script]") {
   struct Case {
     const char* line;
-    const char* found;  // empty: it holds
+    const char* found;  // empty: it is true
   };
   const Case cases[] = {
       {"expect cell 2.7 voltage_mV = 2700", ""},
@@ -369,7 +369,7 @@ TEST_CASE("a script that asks allocates nothing while everything holds", "[scena
   CHECK(stage->simulator.script().outcomes().size() == 41);
 }
 
-// --- beside the core ------------------------------------------------------------------------------------------------
+// --- with the core ---------------------------------------------------------------------------------------------------
 
 std::string file_text(const std::string& name) {
   std::ifstream stream(test::in_source(name), std::ios::binary);
@@ -399,7 +399,7 @@ ScriptVerdict verdict_beside_core(const std::string& script, std::uint64_t seed 
   return verdict_beside(demo_pack(), script, seed);
 }
 
-/// The same pack, but for one that bleeds whenever it rests.
+/// The same with a pack that bleeds whenever it is at rest.
 ScriptVerdict verdict_of_balancing(const std::string& script) {
   CoreConfig core = demo_pack();
   core.balancing.is_enabled = true;
@@ -414,7 +414,7 @@ TEST_CASE("what the script tells the master is told as an operator's command", "
       "wait master phase = open within 0.3\n+1 estop 1 released\n+11 vehicle off\n";
   const std::string again = "+0.5 vehicle on\nwait contactor main_positive closed within 3\npass";
   CHECK(verdict_beside_core(stops + "+1 master clear\n" + again) == ScriptVerdict::passed);
-  CHECK(verdict_beside_core(stops + again) == ScriptVerdict::failed);  // nobody has cleared it
+  CHECK(verdict_beside_core(stops + again) == ScriptVerdict::failed);  // it was not cleared
 }
 
 TEST_CASE("with authority the script accepts another module", "[scenario][script]") {

@@ -1,5 +1,5 @@
-// A short belongs to the fuse: contactors are not asked to break more than they can, and wait for it for 250 ms and no
-// longer. Row 91 of the catalogue, at the packs of six cells as shipped.
+// The fuse clears a short circuit: contactors are not opened above their breaking capacity, and wait for the fuse for
+// at most 250 ms. Row 91 of the catalogue, with the packs of six cells as shipped.
 #include <algorithm>
 #include <string>
 
@@ -11,7 +11,7 @@ using namespace bmu;
 
 namespace {
 
-/// Closed, and then a load that draws twice what the contactors break.
+/// A closed pack, and then a load that draws twice the breaking capacity of the contactors.
 struct Shorted {
   explicit Shorted(const std::string& name, const std::string& patch = "{}")
       : rated(test::patched_pack("{}", name + ".json")), run(test::patched_pack(patch, name + ".json")) {
@@ -25,7 +25,7 @@ struct Shorted {
     REQUIRE(run.core().outputs().auxiliary == !has_throttle);
     draw(2.0);
   }
-  /// In shares of what the contactors break.
+  /// `share`: of the breaking capacity of the contactors.
   void draw(double share) {
     run.apply("load current_A " + std::to_string(share * rated.contactors.break_current_max_mA / 1e3));
   }
@@ -35,7 +35,7 @@ struct Shorted {
   [[nodiscard]] bool run_until_open() {
     return run_while([this] { return run.core().sequence().phase != Phase::open; });
   }
-  /// From the first fault that opens to the opening.
+  /// Time from the first fault that opens to the opening.
   [[nodiscard]] Duration waited() const {
     TimePoint first = TimePoint::max();
     for (const FaultRow& row : fault_table()) {

@@ -1,5 +1,5 @@
-// The emulated devices promise no heap, and the simulator none while nothing new happens. Every operator new of this
-// program is counted.
+// The emulated devices guarantee to use no heap, and the simulator none while nothing new happens. Every operator new
+// of this program is counted.
 #include <memory>
 
 #include "mmu/scenario/simulator.hpp"
@@ -80,7 +80,7 @@ TEST_CASE("a module on its own never touches the heap, with a damaged front end 
   CHECK(mmu->counts().damaged_groups > 500);
 }
 
-/// Allocations while the script runs for 5 s with a master; at least `frames_min` frames must come of it.
+/// Allocations while the script runs for 5 s with a master; more than `frames_min` frames must have been sent.
 std::uint64_t allocations_of(std::string_view script, std::size_t frames_min) {
   const auto simulator = std::make_unique<Simulator>(four_modules(), *parse_scenario(script), power_up);
   const std::uint64_t before = allocation_count();

@@ -1,4 +1,4 @@
-// The emulated world as a whole, without a master: the master's frames are sent by hand.
+// The whole emulated pack without a master: the tests send the master's frames.
 #include "mmu/scenario/simulator.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ CoreConfig pack_of(std::uint8_t modules) {
   return pack;
 }
 
-/// A simulator and the least master: it polls and commands when told to, and keeps what it hears.
+/// A simulator and a minimal master: it polls and commands on request, and stores all received frames.
 class SmallWorld {
  public:
   explicit SmallWorld(std::string_view script = "", std::uint8_t modules = 3, const SimulatorConfig& config = {})
@@ -94,7 +94,7 @@ class SmallWorld {
 TEST_CASE("a world is busy from a POLL until its answers have left, and what is periodic keeps to the calm step",
           "[scenario][simulator]") {
   SmallWorld world;
-  world.run(2s);  // awake, and heard for the first time
+  world.run(2s);  // awake, and received for the first time
   world.heard.clear();
   for (int step = 0; step < 400; ++step) {
     CHECK_FALSE(world.simulator.is_busy());
@@ -513,7 +513,7 @@ TEST_CASE("a charger gives no more than the vehicle is told, and nothing when no
     world.run_with_master(duration, 0x03);
     return world.simulator.plant().charger_A();
   };
-  CHECK(charged_A(500ms) == 8.0);  // nobody has said anything: set by hand
+  CHECK(charged_A(500ms) == 8.0);  // no limit received: as set by hand
   world.simulator.observe_elsewhere(Port::vehicle, charge_limit(5), world.simulator.now());
   CHECK(charged_A(50ms) == 5.0);
   world.simulator.observe(charge_limit(20), world.simulator.now());  // the buses may share one interface
@@ -581,7 +581,7 @@ TEST_CASE("a stuck temperature sensor stands still while its cells warm", "[scen
   world.run_with_master(1s, 0x03);
   CHECK(sensor_1_dC(2) == before_dC);
   CHECK(sensor_1_dC(3) > before_dC + 150);
-  REQUIRE(world.simulator.apply("thermistor 2.1 state open"));  // its wire breaks all the same
+  REQUIRE(world.simulator.apply("thermistor 2.1 state open"));  // its wire can break nevertheless
   world.run_with_master(1s, 0x03);
   CHECK(read<temp_1, "cell_temperature_1_dC">(*world.last(temp_1.base_id + 2)).validity == Validity::open_circuit);
   REQUIRE(world.simulator.apply("thermistor 2.1 state ok"));
@@ -717,7 +717,7 @@ TEST_CASE("an open wire nobody notices: one cell reads low, its neighbour as muc
   world.run_with_master(10s, 0);
   const auto open = read_uV();
   CHECK(open[1] < 2'000);
-  CHECK(open[2] == 5'000'000);  // the end of what the front end reads
+  CHECK(open[2] == 5'000'000);  // the end of the front end's range
   CHECK(read_raw<status, "open_cell_wire">(*world.last(0x102)) == 0);
   CHECK(read_raw<module, "open_wire_cells">(*world.last(0x2C2)) == 0);
   REQUIRE(world.simulator.apply("cell 2.7 wire closed"));
@@ -813,7 +813,7 @@ TEST_CASE("a stranger answers beside the module whose node it took, or where nob
   }
   CHECK(is_interleaved);
   CHECK(std::count(serials.begin(), serials.end(), 1003) == 10);
-  CHECK(std::count(serials.begin(), serials.end(), 900'003) == 11);  // and the one nobody asked for
+  CHECK(std::count(serials.begin(), serials.end(), 900'003) == 11);  // and the unsolicited one
 
   ReceiveCheck check(catalogue, ReceiveCheck::Role::listener);
   std::size_t conflicting = 0;
@@ -864,7 +864,7 @@ TEST_CASE("sleeping modules rest on a quiet bus, wake by any frame, and do not k
   world.simulator.observe(poll_frame(0, want_status, 200), world.simulator.now());
   world.run(100ms);
   CHECK(asleep() == 0);
-  CHECK(world.heard.size() == 3);  // the frame that wakes is lost; each says who it is
+  CHECK(world.heard.size() == 3);  // the frame that wakes is lost; each sends its IDENT
   world.simulator.observe(poll_frame(0, want_status, 201), world.simulator.now());
   world.run(100ms);
   for (std::uint32_t node = 1; node <= 3; ++node) {
@@ -877,7 +877,7 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   const std::string address_of[] = {"", " 3", " 3.2", " 3.2", ""};
   SimulatorConfig config;
   config.second_pack.base_id = 0x640;
-  config.charger = find_device("brusa_nlg5")->charger;  // has a word for every trouble
+  config.charger = find_device("brusa_nlg5")->charger;  // it can report every trouble
   config.charger_units = charger_units_max;
   config.inverter = find_device("sma")->inverter;
   config.request_id = 0x745;
@@ -886,7 +886,7 @@ TEST_CASE("every property can be applied, ramped from the present, and released"
   for (const PropertySpec& row : property_table()) {
     if (row.target == TargetKind::master) continue;                                   // there is none
     if (row.need == ModuleNeed::foreign || row.need == ModuleNeed::errors) continue;  // foreign_modules_test.cpp
-    // Of what is on a bus in some packs only: foreign_sensors_test.cpp.
+    // For devices that only some packs have on a bus: foreign_sensors_test.cpp.
     if (row.target == TargetKind::sensor_unit || row.property == Property::insulation_self_test) continue;
     const TargetSpec& target = target_table()[static_cast<std::size_t>(row.target)];
     std::string start = std::string(target.name) + address_of[static_cast<std::size_t>(target.address)];

@@ -1,5 +1,5 @@
-// Loads that swell and ebb over seconds, without a step, at the packs as shipped: whether the current sensor goes with
-// the cells.
+// Loads that rise and fall over seconds, without a step, with the packs as shipped: whether the current sensor agrees
+// with the cells.
 #include <array>
 #include <string>
 
@@ -24,7 +24,7 @@ bool is_named(const Core& core) {
   return core.faults().state(FaultId::current_contradicts_voltage).is_present();
 }
 
-/// Evenly, or until the fault is there.
+/// Changes the load linearly, until the fault is present at the latest.
 void swell(WiredPack& pack, double from_A, double to_A, Duration span) {
   constexpr Duration step = 50ms;
   for (Duration at = step; at <= span && !is_named(pack.core()); at += step) {
@@ -36,7 +36,7 @@ void swell(WiredPack& pack, double from_A, double to_A, Duration span) {
 
 constexpr std::array packs{"i3-96s.json", "outlander-80s.json", "lfp-96s.json", "demo-48s.json", "traction-16x12.json"};
 
-/// Half of what the pack may give for long: no other limit is near.
+/// Half of the continuous discharge current: no other limit is near.
 double load_A(const CoreConfig& config) {
   return config.current.discharge_continuous_mA / 2e3;
 }
@@ -64,7 +64,7 @@ TEST_CASE("a sensor the wrong way round, or at zero for ever, is named while the
   }
 }
 
-/// 5 A beyond the calm, which reaches into the load by up to 2 A; as docs/commissioning.md says.
+/// 5 A above the calm phase, which extends into the load by up to 2 A; as stated in docs/commissioning.md.
 constexpr double shown_from_A = 7.0;
 constexpr std::array all_packs{"demo-48s.json",      "charger-48s.json",    "lipo-6s-24v.json",     "shell-eco-6s.json",
                                "outlander-80s.json", "traction-16x12.json", "storage-16s-48v.json", "i3-96s.json",

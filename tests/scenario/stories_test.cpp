@@ -1,5 +1,5 @@
-// The stories that tools/demo shows: each with the pack that it names, beside the core in virtual time. What they tell
-// is what happens.
+// The stories that tools/demo shows: each with the pack that it names, with the core in virtual time. They happen as
+// described.
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -18,7 +18,7 @@ const std::string root = test::in_source("");
 struct Story {
   CoreConfig pack;
   Scenario script;
-  double seconds = 0.0;  // it lasts
+  double seconds = 0.0;  // duration
 };
 
 Story story(const std::string& name) {

@@ -24,7 +24,7 @@ constexpr std::size_t sensors_per_module = 4;
 constexpr std::size_t cells = modules * cells_per_module;
 constexpr double cell_Ah = 30.0;
 
-// Cells by number through the pack, from 1, and the two sensors that feel the hottest and the coldest cells.
+// Cells by number through the pack, from 1, and the two sensors that measure the hottest and the coldest cells.
 constexpr int emptiest = 17;  // module 2, cell 5
 constexpr int fullest = 45;   // module 4, cell 9
 constexpr int most_resistive = 11;
@@ -68,13 +68,13 @@ class LastFrames {
   std::map<std::uint32_t, CanFrame> frames_;
 };
 
-/// A pack and what it has really delivered and taken, counted by the test.
+/// A pack, and the energy that it has really delivered and received, counted by the test.
 class Journey {
  public:
   Journey(const Journey&) = delete;
   Journey& operator=(const Journey&) = delete;
   Journey() : run_(pack()) {
-    // Totals of the energy are kept with a state, so it begins with one.
+    // Energy totals are kept with a persistent state, so it starts with one.
     run_.cut_power();
     run_.boot(PersistentState{}, 0);
     began_at_ = run_.now();
@@ -112,7 +112,7 @@ class Journey {
     for (std::size_t cell = 0; cell < cells; ++cell) found[cell] = plant().cell(cell).voltage_V;
     return found;
   }
-  /// What each temperature sensor feels: the warmest of the three cells around it.
+  /// Temperature at each sensor: that of the warmest of the three cells around it.
   [[nodiscard]] std::vector<double> felt_C() const {
     std::vector<double> felt;
     constexpr std::size_t around = cells_per_module / sensors_per_module;
@@ -125,7 +125,8 @@ class Journey {
     }
     return felt;
   }
-  /// Of the pack, in Ah: what flows out until the first cell is empty, and in until the first is full.
+  /// Charge of the pack, in Ah, until the first cell is empty when discharged, and until the first is full when
+  /// charged.
   [[nodiscard]] double left_Ah() const {
     double least = 1.0;
     for (std::size_t cell = 0; cell < cells; ++cell) least = std::min(least, plant().cell(cell).soc);
@@ -167,8 +168,8 @@ void check_values(const Journey& journey) {
 
   CHECK(std::abs(frames.signed_word(0x624, 0) - journey.plant().current_A()) <= 0.7);
 
-  // Of the pack file's 25 A (the charge's warning) and 80 A (the peak of 10 s) only the spread of temperatures takes
-  // something: nothing up to 15 K, all at 30 K.
+  // The pack file's 25 A (warning of the charge current) and 80 A (peak of 10 s) are reduced only by the spread of
+  // temperatures: not up to 15 K, to zero at 30 K.
   const std::vector<double> felt_C = journey.felt_C();
   const auto [coldest_C, warmest_C] = std::minmax_element(felt_C.begin(), felt_C.end());
   const double allowed = (30.0 - (*warmest_C - *coldest_C)) / (30.0 - 15.0);
@@ -196,7 +197,7 @@ void check_values(const Journey& journey) {
   CHECK(frames.byte(0x627, 5) == hottest_sensor);
 }
 
-/// 628h against each cell's resistance, as the first step of current showed it.
+/// 628h against each cell's resistance, as shown by the first step of the current.
 void check_resistances(const LastFrames& frames, const std::array<double, cells>& step_Ohm) {
   const double least_Ohm = step_Ohm[least_resistive - 1];
   const double most_Ohm = step_Ohm[most_resistive - 1];
@@ -223,7 +224,7 @@ TEST_CASE("every field of 620h to 628h is the pack's own value, in a drive and i
   CHECK(frames.byte(0x622, 3) == 0);
   CHECK(frames.word(0x628, 0) == 0xFFFF);  // no current has shown a resistance
 
-  // A drive in steps, so that each cell's resistance is seen; the test takes it from the first of them.
+  // A drive in steps, which show each cell's resistance; the test takes it from the first of them.
   journey.apply("vehicle on");
   journey.run(8.0);
   const auto before_V = journey.voltages_V();

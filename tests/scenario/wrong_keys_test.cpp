@@ -1,5 +1,5 @@
-// The key that is wrong in the pack file, named by the event of the fault that comes of it, with a value that would do.
-// That value is then tried.
+// A wrong key of the pack file is named by the event of the resulting fault, with a value that would do. That value is
+// then tried.
 #include <string>
 
 #include "config/pack_config.hpp"
@@ -40,13 +40,13 @@ void run_until_present(SimRun& run, FaultId fault, double until_s) {
   while (!is_present(run, fault) && run.seconds() < until_s) run.run_to(run.seconds() + 0.01);
 }
 
-/// As `bmuctl why` has it, now.
+/// The text of `bmuctl why`, now.
 std::string cause_text(const SimRun& run, FaultId fault) {
   const TimePoint now = SimRun::start + std::chrono::milliseconds{static_cast<std::int64_t>(run.seconds() * 1e3)};
   return to_text(run.core().likely_cause(fault, now));
 }
 
-/// A cell that has run empty, and then a charger: closed to be charged and for nothing else.
+/// A pack with a cell that has run empty, and then a charger: closed only for charging.
 SimRun charged_after_undervoltage(const std::string& sensor, const std::string& charger) {
   SimRun run(shipped("demo-48s"));
   run.apply(sensor);
@@ -63,7 +63,7 @@ SimRun charged_after_undervoltage(const std::string& sensor, const std::string& 
   return run;
 }
 
-/// The key is turned at 2 s, with a link of this capacitance.
+/// The key is turned at 2 s, with a DC link of this capacitance.
 SimRun with_link(const CoreConfig& config, int capacitance_uF) {
   SimRun run(config);
   run.apply("pack soc_permille 600");
@@ -89,7 +89,7 @@ TEST_CASE("the first drive with the sensor the wrong way round names its key", "
     REQUIRE(is_present(run, FaultId::current_contradicts_voltage));
     CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current") ==
           (fault == "sensor current inverted on"));
-    // And later, of the open pack.
+    // And later, with the pack open.
     run.run_to(run.seconds() + 5);
     const LikelyCause cause = run.core().likely_cause(FaultId::current_contradicts_voltage, SimRun::start + 66s);
     CHECK((cause.key == WrongKey::invert_current_by_cells) == (fault == "sensor current inverted on"));
@@ -124,7 +124,7 @@ TEST_CASE("a link that charges for longer than precharge_timeout names that key 
           "[scenario][contactors][faults][F86]") {
   CoreConfig config = shipped("demo-48s");  // 100 ohm
   config.contactors.precharge_energy_J = 0;
-  config.contactors.precharge_tries = 1;  // the link keeps what each try gives it
+  config.contactors.precharge_tries = 1;  // the DC link keeps the charge of each attempt
   SimRun run = with_link(config, 8'000);
   run_until_present(run, FaultId::precharge_failed, 60);
   REQUIRE(is_present(run, FaultId::precharge_failed));
@@ -242,7 +242,7 @@ TEST_CASE("a charger and a current sensor that see the same current with opposit
     run.apply("charger connected");
     run.run_to(20);
     REQUIRE(run.core().sequence().phase == Phase::closed);
-    if (!is_inverted) run.apply("load current_A 8");  // twice what the charger gives
+    if (!is_inverted) run.apply("load current_A 8");  // twice the charger's current
     run_until_present(run, FaultId::charger_contradicts, 60);
     REQUIRE(is_present(run, FaultId::charger_contradicts));
     CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is the wrong way round") == is_inverted);
@@ -254,7 +254,7 @@ TEST_CASE("two current sensors that see one current with opposite signs name the
   const CoreConfig config = test::patched_pack(R"({"sensor": {"has_second_current": true}})");
   for (const std::string_view fault :
        {"sensor current_2 inverted on", "sensor current inverted on", "sensor current_2 stuck on"}) {
-    // A large load and the cells contradict the first sensor before the second does.
+    // With a large load the cells contradict the first sensor before the second sensor does.
     const bool is_first = fault == "sensor current inverted on";
     CAPTURE(fault);
     SimRun run(config);

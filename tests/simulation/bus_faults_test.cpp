@@ -1,5 +1,5 @@
-// What happens on the wire, and what the core makes of it: two modules with one number, a babbling station, a master
-// whose controller goes off the bus and comes back.
+// Faults on the wire and the reaction of the core: two modules with one number, a babbling station, a master with a
+// controller that goes bus-off and comes back.
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -25,7 +25,7 @@ bool is_closed(const WiredPack& pack) {
   return pack.phase() == Phase::closed;
 }
 
-/// Every frame of the master is hurt until its controller is off the bus.
+/// Every frame of the master is disturbed until its controller is off the bus.
 void drive_master_off(WiredPack& pack) {
   pack.bus().disturb = [](Station sender, const CanFrame&, TimePoint) -> std::optional<WireFault> {
     if (sender != Station::master) return {};
@@ -46,7 +46,7 @@ TEST_CASE("two modules with one number disturb each other on the wire, open the 
   CHECK(pack.run_until([](const WiredPack& one) { return is_present(one, FaultId::duplicate_node); }, 3s));
   CHECK(pack.core().faults().state(FaultId::duplicate_node).confirmed.element.module_node == node);
   CHECK(pack.run_until([](const WiredPack& one) { return !one.coils_are_driven(); }, 1s));
-  // They got there through errors: each frame of one against the other's.
+  // Errors have led there: each frame of one collides with the other's.
   CHECK(pack.bus().counters(static_cast<Station>(node)).transmit > 96);
   CHECK(pack.bus().counters(Station::twin).transmit > 96);
   CHECK(pack.bus().state(Station::master) != ErrorState::bus_off);

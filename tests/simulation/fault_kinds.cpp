@@ -38,7 +38,7 @@ std::string_view to_text(Effect effect) {
 
 namespace {
 
-/// What a row says where it has only texts: "cell 2.7", and the number behind it.
+/// Targets of rows that have only texts: "cell 2.7", drawn from the pack.
 std::string cell_of(Draw& draw) {
   const ModuleConfig& module = draw.module();
   return "cell " + std::to_string(module.node) + "." + std::to_string(draw.between(1, module.cell_count));
@@ -46,7 +46,7 @@ std::string cell_of(Draw& draw) {
 std::string module_of(Draw& draw) {
   return "module " + std::to_string(draw.module().node);
 }
-/// The same word for every module of the pack.
+/// The same event for every module of the pack.
 std::string all_modules(const Draw& draw, std::string_view word) {
   std::string text;
   for (const ModuleConfig& module : draw.config.modules) {
@@ -62,7 +62,7 @@ void cell_shows(FaultEvent& event, const std::string& cell, std::int64_t voltage
   on_and_off(event, cell, "voltage_mV " + std::to_string(voltage_mV), "voltage_mV auto");
 }
 
-/// A module answers in the second place under a number of the pack; else under one that nobody has.
+/// A second module that answers under a node number of the pack, or under a free one.
 std::string stranger_at(std::uint8_t node) {
   return "stranger " + std::to_string(node);
 }
@@ -80,7 +80,7 @@ CanFrame foreign_frame(const FaultEvent& event) {
   return frame;
 }
 
-/// Sound in form, with a checksum that is not.
+/// Of valid form, with a wrong checksum.
 CanFrame damaged(const MessageSpec& message, std::uint8_t node) {
   CanFrame frame = make_frame(message, node);
   seal(message, 0, frame);
@@ -88,12 +88,12 @@ CanFrame damaged(const MessageSpec& message, std::uint8_t node) {
   return frame;
 }
 
-/// Of the guest's bus: what only the master may send there. Nothing may flow by it.
+/// Of the guest's bus: a frame that only the master may send there. It permits no current.
 CanFrame foreign_order(const CoreConfig& config) {
   if (config.charger.driver != nullptr) return config.charger.driver->command(0, {});
   return config.inverter.driver->frame(0, {}, {}).value_or(CanFrame{});
 }
-/// What its guest sends, and nobody understands.
+/// A frame of the guest with a wrong length, which no node accepts.
 CanFrame wrong_word(const CoreConfig& config) {
   CanFrame frame = config.charger.driver != nullptr ? config.charger.driver->reports(0, {})[0]
                                                     : config.inverter.driver->words({})[0];
@@ -148,7 +148,7 @@ const FaultKind kinds[] = {
      .group = "cell",
      .allowed = 500ms,
      .draw = [](D& d, E& e) { on_and_off(e, cell_of(d), "wire open", "wire closed"); }},
-    // temperatures; a jump is believed with the next sample only
+    // temperatures; a jump is accepted with the next sample only
     {.name = "cell_hot",
      .group = "temperature",
      .allowed = 1470ms,
@@ -307,7 +307,7 @@ const FaultKind kinds[] = {
                                                     d.config.limits.pack_voltage_mismatch.open * 2),
                       "offset_mV 0");
          }},
-    // power distribution unit and lines
+    // power distribution unit and inputs
     {.name = "pdu_silent",
      .group = "pdu",
      .allowed = 300ms,
@@ -464,7 +464,7 @@ const FaultKind kinds[] = {
      .draw = [](D&, E&) {},
      .begin = [](S& s, const E&) { s.pack.sends_fail = true; },
      .end = [](S& s, const E&) { s.pack.sends_fail = false; }},
-    // Each frame of the master is hurt until its controller is off the bus: 32 tries, begun with its next frame.
+    // Each frame of the master is disturbed until its controller is off the bus: 32 attempts, from its next frame on.
     {.name = "bus_off",
      .group = "port",
      .allowed = 150ms,
@@ -540,7 +540,8 @@ const FaultKind kinds[] = {
      .draw = [](D& d, E& e) { e.amount = d.between(1, 15); },
      .begin = tell_health,
      .end = [](S& s, const E&) { s.pack.observe(HealthSeen{}); }},
-    // The bus of a charger or inverter. What follows from its silence is told by what really came (flow_oracle.hpp).
+    // The bus of a charger or inverter. The reaction to its silence is checked by the frames really received
+    // (flow_oracle.hpp).
     {.name = "outer_loss",
      .group = "outer_wire",
      .effect = may_open,

@@ -1,6 +1,6 @@
-// What can be wrong with the way of a frame, each with its share: a frame is lost, late, sent twice, or arrives with
-// other bits and a checksum of the controller that is right all the same. Frames that are late by different times
-// overtake each other. Which frame it is, a random sequence says: the same seed does the same to the same frames.
+// Faults on the way of a frame, each with its probability: a frame is lost, late, sent twice, or arrives with other
+// bits and a correct checksum of the controller nevertheless. Frames that are late by different times overtake each
+// other. A random sequence selects the frames: the same seed has the same effect on the same frames.
 #pragma once
 
 #include "mmu/devices/random.hpp"
@@ -14,14 +14,14 @@ struct FaultyWire {
   RandomSource random;
   std::uint32_t lost_permille = 0;  // in either direction
   std::uint32_t late_permille = 0;
-  Duration late_max{};    // even over one millisecond to this
+  Duration late_max{};    // uniform over one millisecond to this
   Duration late_fixed{};  // every frame of a device
   std::uint32_t twice_permille = 0;
   std::uint32_t damaged_permille = 0;
 
-  /// A device sends it.
+  /// Fate of a frame that a device sends; may change its bits.
   [[nodiscard]] Fate carry(CanFrame& frame);
-  /// No device takes in this frame of the master.
+  /// Whether no device receives this frame of the master.
   [[nodiscard]] bool loses() { return happens(lost_permille); }
 
  private:

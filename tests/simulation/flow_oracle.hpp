@@ -1,17 +1,19 @@
-// Judges what chargers and an inverter are told: by the frames that were decided, those that really went over their bus
-// and came back from it, the contactors that were commanded with them, the emulated cells, and the limits that the core
-// publishes. Of the state of its charge and of whom it takes for silent it knows nothing.
+// Checks the commands to chargers and to an inverter: by the frames that were decided, those that really went over
+// their bus and came back from it, the contactors that were commanded with them, the emulated cells, and the limits
+// that the core publishes. It does not use the core's state of the charge, nor which devices the core takes for silent.
 //
 //   with every decision
-//     asks        a charger is told to charge only while the way from it to the cells is commanded closed, charging is
-//                 permitted, it is plugged in, and no cell has been too high for longer than the catalogue allows; not
-//                 for more than the pack's limit, all units together, nor for a higher voltage than the pack file's. It
-//                 is told to stop in the decision that ends that, and never to stop and to go on at the same moment
+//     asks        a charger is commanded to charge only while the way from it to the cells is commanded closed,
+//     charging
+//                 is permitted, it is plugged in, and no cell has been too high for longer than the catalogue allows;
+//                 not for more than the pack's limit, all units together, nor for a higher voltage than the pack
+//                 file's. It is commanded to stop in the decision that ends that, and never to stop and to go on at the
+//                 same time
 //     allows      an inverter is never allowed more than the pack's limits, and nothing by a pack that is not closed
-//     withdraws   what it was allowed is taken back in time when the limit has fallen
-//     silence     what follows when a charger or an inverter is not heard any more, by what really came
+//     withdraws   its allowance is withdrawn in time when the limit has fallen
+//     silence     the reaction to a charger or an inverter that is not received any more, by the frames really received
 //   every millisecond
-//     stops       no charger lives by a word that has not been permitted for longer than a stop takes to reach it
+//     stops       no charger follows a command that has not been permitted for longer than a stop takes to reach it
 //     withdraws   and no inverter
 #pragma once
 
@@ -29,48 +31,48 @@
 
 namespace bmu::test {
 
-/// A decision, and what is known of the world around it.
+/// A decision and its circumstances.
 struct FlowScene {
   TimePoint now{};
   const View* view = nullptr;
   const Stage* stage = nullptr;
   ContactorOutputs outputs;
-  bool was_away = false;       // the core, for longer than it may be
-  bool is_plugged_in = false;  // by the line; for a while after it fell, too
-  TimePoint plugged_since{};   // zero: it is not, now
-  bool is_key_off = false;     // by the line, for longer than a word may take
-  bool is_hidden = false;      // something keeps the core from seeing what happens as soon as usual
-  bool is_deceived = false;    // a frame came that nobody could tell from a true one
+  bool was_away = false;       // the core was stalled for longer than permitted
+  bool is_plugged_in = false;  // by the input; for some time after it fell, too
+  TimePoint plugged_since{};   // zero: not plugged in now
+  bool is_key_off = false;     // by the input, for longer than its report may take
+  bool is_hidden = false;      // a fault delays what the core can detect
+  bool is_deceived = false;    // a frame was received that cannot be distinguished from a true one
 };
 
 class FlowOracle {
  public:
   FlowOracle(const CoreConfig& config, TimePoint started_at, Blame blame);
 
-  /// The core is told it.
+  /// Observation of the core.
   void note_told(const ObservedThing& what, TimePoint now);
   /// A frame of the master has been on the bus of its guest.
   void note_carried(const CanFrame& frame, bool is_taken_in, TimePoint now);
   void note_decided(const Decisions& decisions, const FlowScene& scene);
   void note_millisecond(const Stage& stage);
   void note_boot();
-  /// Somebody has his hands in the pack: a charge that was interrupted does not go on by itself.
+  /// An operator has acted on the pack: an interrupted charge does not go on by itself.
   void note_hands() { is_interrupted_ = false; }
-  /// A unit that was charging is not heard any more.
+  /// Whether a unit that was charging is silent.
   [[nodiscard]] bool is_charger_silent(TimePoint now) const;
-  /// A charge that its charger's silence has interrupted may go on as if it had been plugged in anew.
+  /// Whether a charge that was interrupted by its charger's silence may go on, as after plugging in again.
   [[nodiscard]] bool may_resume(TimePoint now) const;
   void note_resumed() { is_interrupted_ = false; }
 
  private:
   struct Unit {
-    ChargerOrder told;          // by the last decision that told it something
-    TimePoint stopped_at{};     // the last moment at which that was a stop; zero: never
-    ChargerOrder heard;         // by the unit
+    ChargerOrder told;          // by the last decision with a command to it
+    TimePoint stopped_at{};     // the last time at which that was a stop; zero: never
+    ChargerOrder heard;         // received by the unit
     TimePoint heard_at{};       // zero: never
-    TimePoint word_at{};        // its last report that came; zero: none counts
+    TimePoint word_at{};        // its last report received; zero: none counts
     TimePoint talks_since{};    // without a silence
-    bool was_charging = false;  // when it was last heard
+    bool was_charging = false;  // when it was last received
   };
   struct Allowed {
     std::int32_t charge_mA = 0;
@@ -107,25 +109,25 @@ class FlowOracle {
   Blame blame_;
 
   std::array<Unit, charger_units_max> units_{};
-  TimePoint permitted_at_{};  // the last decision by which a charger might be told to charge
-  TimePoint above_since_{};   // more is asked for than the limit, by a step that is told at once; zero: no
+  TimePoint permitted_at_{};  // the last decision that permitted a charger to charge
+  TimePoint above_since_{};   // more is commanded than the limit, by a step that is sent at once; zero: no
   TimePoint high_since_{};    // a cell is above its opening limit; zero: none is
-  TimePoint looked_at_{};     // at the cells
+  TimePoint looked_at_{};     // last check of the cells
   bool is_interrupted_ = false;
 
   BatteryReport told_;   // to the inverter, by the decisions
-  BatteryReport heard_;  // by the inverter
+  BatteryReport heard_;  // received by the inverter
   TimePoint heard_at_{};
-  TimePoint too_much_since_{};        // zero: what was told is no more than there is
-  TimePoint charge_allowed_at_{};     // the last decision by which it might be allowed anything
+  TimePoint too_much_since_{};        // zero: the allowance is within the limits
+  TimePoint charge_allowed_at_{};     // the last decision that permitted any allowance
   TimePoint discharge_allowed_at_{};  //
-  TimePoint alive_at_{};              // its last keep-alive that came; zero: none counts
-  TimePoint closed_since_{};          // commanded so; zero: it is not
+  TimePoint alive_at_{};              // its last keep-alive received; zero: none counts
+  TimePoint closed_since_{};          // commanded so; zero: not closed
 
-  TimePoint port_down_at_{};  // the last decision of which nothing could be sent
-  TimePoint disturbed_at_{};  // the last moment at which the master's frames did not come through
-  TimePoint flooded_at_{};    // and at which they waited for somebody else's
-  TimePoint away_at_{};       // the last moment at which there was no core to say anything
+  TimePoint port_down_at_{};  // the last decision that could not be sent
+  TimePoint disturbed_at_{};  // the last time at which the master's frames did not come through
+  TimePoint flooded_at_{};    // and at which they waited for those of another node
+  TimePoint away_at_{};       // the last time at which there was no core to send anything
   bool was_resting_ = false;
 };
 
@@ -133,24 +135,24 @@ class FlowOracle {
 
 namespace flow {
 
-/// A tick, and what follows from it.
+/// A tick and its effects.
 inline constexpr Duration tick = 20ms;
-/// A frame on a bus of its own, with the vehicle's messages before it, behind the decision.
+/// From the decision to the arrival of a frame on a bus of its own, with the vehicle's messages before it.
 inline constexpr Duration frame_arrives = 40ms;
-/// Of what waited in the master's queue while somebody else had the bus.
+/// For frames that waited in the master's queue while another node had the bus.
 inline constexpr Duration queue_empties = 50ms;
-/// An opening under a current waits for it.
+/// An opening under a current waits for the current to fall.
 inline constexpr Duration breaks_current = 300ms;
-/// Row 1 of the catalogue; and what another fault may hide it for.
+/// Row 1 of the catalogue; and the time for which another fault may hide it.
 inline constexpr Duration high_cell_max = 450ms;
 inline constexpr Duration hidden_for = 500ms;
 inline constexpr double noise_mV = 1.0;
-/// Steps that are told at once; smaller ones wait for the next word.
+/// Steps that are sent at once; smaller ones wait for the next command.
 inline constexpr std::int32_t step_mA = 500;
 inline constexpr Duration charger_told_again = 50ms;
 inline constexpr Duration resumes_after = 5s;
 inline constexpr Duration inverter_grace = 5s;
-/// From main positive's command on until the pack counts as closed.
+/// From main positive's command until the pack counts as closed.
 inline constexpr Duration settles_in = 1s;
 
 inline std::string ms_text(Duration duration) {
@@ -164,7 +166,7 @@ inline bool are_mains_closed(const ContactorOutputs& outputs) {
   return outputs.main_positive && outputs.main_negative;
 }
 
-/// Since when something holds; zero: it does not.
+/// Time since which something applies; zero: it does not.
 inline void keep_since(TimePoint& since, bool holds, TimePoint now) {
   if (!holds) since = {};
   if (holds && since == TimePoint{}) since = now;
@@ -190,7 +192,7 @@ inline bool FlowOracle::is_talking(const Unit& unit, TimePoint now) const {
   return unit.word_at != TimePoint{} && now - unit.word_at <= silence_max();
 }
 
-/// After a gap nothing that was heard before counts.
+/// After a gap no earlier report counts.
 inline void FlowOracle::forget_words() {
   for (Unit& unit : units_) {
     unit.word_at = {};
@@ -199,7 +201,7 @@ inline void FlowOracle::forget_words() {
   alive_at_ = {};
 }
 
-/// What was told is forgotten with the core that told it; what was heard is not.
+/// Commands are cleared with the core that sent them; those that a device has received are not.
 inline void FlowOracle::note_boot() {
   forget_words();
   for (Unit& unit : units_) {
@@ -294,7 +296,7 @@ inline void FlowOracle::check_order(const ChargerCommand& command, const FlowSce
   unit.told = order;
 }
 
-/// What is not permitted any more is taken back in the same decision, if there is a way to say so.
+/// A command that is not permitted any more is withdrawn in the same decision, if it can be sent.
 inline void FlowOracle::check_stopped(const FlowScene& scene) {
   const Duration until_next = charger_->command_period + flow::tick;
   if (port_down_at_ != TimePoint{} && scene.now - port_down_at_ <= until_next) return;
@@ -320,7 +322,7 @@ inline void FlowOracle::check_fall(const FlowScene& scene) {
               flow::current_text(scene.view->charge_mA) + " for " + flow::ms_text(scene.now - above_since_));
 }
 
-/// Row 98: a unit that was charging is not heard any more.
+/// Row 98: a unit that was charging is not received any more.
 inline void FlowOracle::check_silent_units(const FlowScene& scene) {
   const bool is_asked =
       std::any_of(units().begin(), units().end(), [](const Unit& unit) { return unit.told.is_enabled; });
@@ -437,7 +439,7 @@ inline void FlowOracle::check_withdrawn(const Allowed& most, TimePoint now) {
 inline void FlowOracle::check_silent_inverter(const FlowScene& scene) {
   const InverterConfig& config = config_->inverter;
   const bool is_heeded = config.when_silent != SilentInverter::warn && closed_since_ != TimePoint{};
-  // One that was not heard when the pack closed has the time to start.
+  // An inverter that was silent when the pack closed has the time to start.
   const bool had_begun = alive_at_ != TimePoint{} && alive_at_ + config.silence_max >= closed_since_ + flow::settles_in;
   if (!is_heeded || !had_begun) return;
   const Duration silent_for = scene.now - alive_at_ - config.silence_max;
@@ -475,10 +477,10 @@ inline void FlowOracle::note_millisecond(const Stage& stage) {
   const TimePoint now = stage.pack.now();
   if (stage.outer.is_disturbed()) disturbed_at_ = now;
   if (stage.outer.flood) flooded_at_ = now;
-  // Without a core what was told flow::lasts as long as the protocol says.
+  // Without a core the last command remains valid for as long as the protocol defines.
   if (!stage.is_alive()) away_at_ = now;
   const auto is_over = [this, now](TimePoint allowed_at, Duration told_in, Duration told_again) {
-    // The first word of a core that begins may come before its port is up, and so the second is the first to get out.
+    // The first frame of a core that starts may come before its port is up, so that the second is the first to get out.
     const bool is_new = now - away_at_ <= told_again + told_in;
     const bool is_excused = disturbed_at_ != TimePoint{} && now - disturbed_at_ <= told_again + told_in;
     return !is_new && !is_excused && now - allowed_at > told_in;

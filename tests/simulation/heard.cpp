@@ -17,7 +17,7 @@ bool is_sound(const CanFrame& frame) {
   return match.message != nullptr && !content_fault(*match.message, frame);
 }
 
-/// The current sensor says so of this result, or of itself.
+/// Whether the current sensor flags this result, or itself, as wrong.
 bool is_flagged(const CanFrame& frame) {
   constexpr std::uint8_t flags = 0xA0;
   const MessageMatch match = catalogue.find(frame.id);
@@ -27,11 +27,11 @@ bool is_flagged(const CanFrame& frame) {
 }  // namespace
 
 Heard::Heard(const CoreConfig& config) {
-  // An answer counts until the next POLL asks anew. Who sends unasked cannot be told to be late, nor can a temperature:
-  // it counts from when it came, and there may be no next POLL for a while.
+  // An answer counts until the next POLL. A frame that is sent without a POLL cannot be recognised as late, nor can a
+  // temperature: it counts from its reception, and the next POLL may come much later.
   const Duration before_next_poll = config.poll.period + 10ms;
   constexpr Duration unasked = 500ms;
-  // One sensor less is believed after a while only.
+  // A missing sensor is confirmed only after its confirm time.
   const Duration temperature_age = config.ages.temperature + config.limits.confirm.temperature_not_measured;
   source_of_.fill(nobody);
   for (const ModuleConfig& one : config.modules) {

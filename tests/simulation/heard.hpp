@@ -1,9 +1,9 @@
-// What has really reached the master, and how old it was: kept from the frames on their way alone, apart from anything
-// the core knows.
+// Data that has really reached the master, and its age: derived only from the frames on their way, independent of the
+// core's data.
 //
-// Devices are overheard as they send; what arrives later is recognised by its bytes, so that a frame that was held
-// back, sent twice or repeated is as old as it is, whatever its counter says. A frame without its checksum, and a
-// result that its sensor flags as wrong, is no news.
+// Devices are observed as they send; a frame that arrives later is recognised by its bytes, so that one that was
+// delayed, sent twice or repeated has its true age, whatever its counter. A frame without a correct checksum, and a
+// result that its sensor flags as wrong, is not new data.
 #pragma once
 
 #include <array>
@@ -21,9 +21,9 @@ class Heard {
  public:
   explicit Heard(const CoreConfig& config);
 
-  /// A device sends it, as it goes out on the wire.
+  /// A device sends it, in the form in which it is on the wire.
   void note_sent(const CanFrame& frame, TimePoint now);
-  /// The master is told it.
+  /// The master receives it.
   void note_told(const CanFrame& frame, TimePoint now);
 
   enum class Kind : std::uint8_t {
@@ -37,10 +37,10 @@ class Heard {
     link_voltage,
     pdu
   };
-  /// The first thing the pack needs and whose last word came more than its age and `more` ago, or was made so long ago
-  /// that nobody may take it for new; of one kind, or of all. Empty: all is fresh.
+  /// The first required message that was last received more than its age and `more` ago, or was made so long ago that
+  /// it must not count as new; of one kind, or of all. Empty: all is fresh.
   [[nodiscard]] std::string stale(TimePoint now, Duration more, std::optional<Kind> kind = {}) const;
-  /// Frames with a right checksum that no device has sent so: damage that nobody can tell.
+  /// Frames with a correct checksum that no device has sent in this form: undetectable damage.
   [[nodiscard]] std::uint64_t forged() const { return forged_; }
 
  private:
@@ -48,12 +48,12 @@ class Heard {
     std::array<std::uint8_t, 8> data{};
     TimePoint at{};
   };
-  static constexpr std::size_t remembered = 24;  // of each identifier: more than what 300 ms hold
+  static constexpr std::size_t remembered = 24;  // of each identifier: more than 300 ms of frames
   struct Source {
     std::uint32_t id = 0;
     Kind kind{};
-    Duration age{};         // to which it counts
-    Duration on_the_way{};  // what it may have been without anybody being able to tell
+    Duration age{};         // up to which it counts
+    Duration on_the_way{};  // undetectable delay on its way
     TimePoint told_at{};    // zero: never
     TimePoint made_at{};
     std::array<Sent, remembered> sent{};

@@ -7,7 +7,7 @@
 namespace bmu::test {
 namespace {
 
-/// Of a chemistry with 2.4 V a cell: 1.8 kV in all, which the voltage sensor can still tell.
+/// Of a chemistry with 2.4 V per cell: 1.8 kV in all, which the voltage sensor can still measure.
 CoreConfig largest_pack() {
   CoreConfig config = pack_of(modules_max);
   config.cell.ocv.clear();
@@ -34,7 +34,7 @@ const WiredPack& driving_pack() {
   return pack;
 }
 
-/// From the event to the command that opens everything, on the bus.
+/// From the event to the command on the bus that opens everything.
 Duration opens_after(std::string_view event) {
   WiredPack pack = driving_pack();
   const TimePoint began_at = pack.now();

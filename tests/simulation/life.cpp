@@ -10,14 +10,14 @@ namespace bmu::test {
 
 namespace {
 
-constexpr Duration put_right_after = 1s;  // the last fault is over
+constexpr Duration put_right_after = 1s;  // after the end of the last fault
 constexpr Duration recovers_in = 25s;     // causes clear in up to 10 s, waits are 10 s, links discharge
 constexpr Duration closes_in = 5s;
-constexpr Duration charges_in = 12s;               // one that is asked, by a ramp, and takes its time to follow
+constexpr Duration charges_in = 12s;               // one that is commanded, by a ramp, and takes its time to follow
 constexpr Duration opens_without_mains_in = 4s;    // 2.6 s of silence
-constexpr Duration goes_on_in = 12s + charges_in;  // 10 s of waiting, which are the 5 s to be sure that it is back, too
+constexpr Duration goes_on_in = 12s + charges_in;  // 10 s of waiting, which include the 5 s to confirm that it is back
 constexpr Duration allows_in = 5s;
-// A controller that went off the bus three times in a minute is a fault until that is a minute ago.
+// Three times bus-off within a minute is a fault until that is a minute ago.
 constexpr std::ptrdiff_t storm = 3;
 constexpr Duration cools_in = 120s;  // an overload; seed 3023 takes nearly as long
 constexpr Duration recovers_from_storm_in = 65s;
@@ -132,7 +132,7 @@ class Life {
 
   // --- the plan ---------------------------------------------------------------------------------------------------
 
-  /// Whatever is next in the plan, until then. A core that is stopped is told nothing: that waits for its return.
+  /// Executes the plan until then. A core that is stopped receives no observations: they wait for its return.
   void live_until(TimePoint end) {
     while (stage_.pack.now() < end && !is_over()) {
       take_due();
@@ -226,7 +226,7 @@ class Life {
     return "charger current_A " + std::to_string(std::max(plan_.config->current.charge_continuous_mA / 1'000, 1));
   }
 
-  /// Most of what the pack may take, or a good deal, really flows out of the charger.
+  /// Whether the charger really gives most of what the pack may take, or a good part of it.
   [[nodiscard]] bool is_charging() const {
     constexpr double most = 0.6;
     constexpr double soon_A = 10.0;  // more comes by the ramp, later
@@ -266,7 +266,7 @@ class Life {
     const auto is_allowed = [this] {
       const BatteryReport& told = stage_.pack.simulator().world().inverter.told();
       const View view = view_of(stage_.pack.core());
-      constexpr std::int32_t told_mA = 1'000;  // less may be nothing in the steps of its words
+      constexpr std::int32_t told_mA = 1'000;  // less may be zero in the steps of its messages
       return (told.charge_limit_mA > 0 || view.charge_mA < told_mA) &&
              (told.discharge_limit_mA > 0 || view.discharge_mA < told_mA);
     };

@@ -30,7 +30,7 @@ constexpr double charge_A = 20.0;
 constexpr double soc_error_most = 0.05;
 constexpr std::size_t wrong_most = 20;
 
-/// What time may be counted in, and where that has no room any more.
+/// Overflows of the types and units in which time may be counted.
 constexpr Duration wraps[] = {std::chrono::milliseconds{1LL << 31}, std::chrono::milliseconds{1LL << 32},
                               std::chrono::microseconds{1LL << 31}, std::chrono::microseconds{1LL << 32},
                               std::chrono::seconds{65'536},         std::chrono::nanoseconds{1LL << 53}};
@@ -112,10 +112,10 @@ class LongLife {
     const bool is_asleep_tonight = number % days_between_nights_asleep == days_between_nights_asleep - 1;
     if (is_asleep_tonight) sleep_until(ends_at - 10min);
     live_for(ends_at - now_, false);
-    if (!is_asleep_tonight) check_estimate();  // who was shown an empty cell all night has learned what is not so
+    if (!is_asleep_tonight) check_estimate();  // a night with an emulated empty cell leaves a wrong estimate
   }
 
-  /// Somebody asks, the pack closes, a current flows, and it opens again.
+  /// Requests a closed pack, lets a current flow, and opens it again.
   void use(bool& line, double& current_A, double wanted_A, Duration length) {
     line = true;
     live_for(4s, true);
@@ -145,7 +145,7 @@ class LongLife {
     live_for(5s, true);
   }
 
-  /// By what the cells really hold; what is told may lag behind.
+  /// Compares with the real charge of the cells; the published value may lag behind.
   void check_estimate() {
     const std::optional<std::int32_t> told = told_soc();
     const double real = world_->plant.cell(0).soc;
@@ -158,7 +158,7 @@ class LongLife {
     return told;
   }
 
-  /// It steps at the beginning, and once a rest has been long enough for an estimate that is better than what was told.
+  /// It may jump at the start, and after a rest that is long enough for an estimate better than the published value.
   void check_steps_of_soc() {
     constexpr Duration around_rest = 1min;
     const std::optional<std::int32_t> told = told_soc();
@@ -212,7 +212,7 @@ class LongLife {
     } else {
       const std::uint64_t before = allocation_count();
       if (options_.progress) options_.progress(lived());
-      allocations_first_ += allocation_count() - before;  // its own are not ours
+      allocations_first_ += allocation_count() - before;  // those of the callback do not count
     }
     next_hour_ += 1h;
   }
@@ -288,7 +288,7 @@ class LongLife {
   TimePoint now_;
   TimePoint wake_at_;
   TimePoint next_hour_{};
-  std::unique_ptr<Core> core_;  // large, as is the world
+  std::unique_ptr<Core> core_;  // large, as is world_
   std::unique_ptr<World> world_;
   Mmu mmu_;
   Pdu pdu_;

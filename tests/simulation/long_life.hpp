@@ -1,14 +1,13 @@
-// Sixty days of one core with its modules, sensor, unit and cells, in minutes: whether anything leaks, wraps around or
-// creeps.
+// Sixty days of one core with its module, sensor, PDU and cells, in minutes: tests for leaks, overflows and drift.
 //
-// A day has a drive of four minutes, a charge of six, and 23 h 50 min of standing there. Each seventh night a cell is
-// too low, and the pack goes to sleep. What is how fine:
+// A day has a drive of four minutes, a charge of six, and 23 h 50 min of standing. Each seventh night a cell is too
+// low, and the pack goes to sleep. Time steps:
 //
 //   driving, charging, waking up, and two minutes around each wrap    devices, cells every 1 ms, core every 10 ms
 //   parked and asleep                                                 all of it every 50 ms, cells 50 times slower
 //
-// A core that is called every 50 ms is one on a machine with much else to do: the latest that is not told as late. With
-// `ticks_fully` it is called every 10 ms at night, too.
+// A core that is called every 50 ms is like one on a busy machine: the longest period that is not reported as late.
+// With `ticks_fully` it is called every 10 ms at night, too.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +24,7 @@ struct LongOptions {
   TimePoint starts_at{1s};
   bool ticks_fully = false;
   std::function<void(Duration lived)> progress{};  // each hour
-  /// What a core that does wrong tells in the place of its state of charge: whether that is noticed.
+  /// Replaces the state of charge that the core publishes: whether an error is detected.
   std::function<std::int32_t(std::int32_t soc_permille, Duration lived)> told{};
 };
 
@@ -39,7 +38,7 @@ struct LongResult {
   std::uint64_t allocations = 0;     // after the first hour
   std::int64_t memory_first_kB = 0;  // resident, after the first hour
   std::int64_t memory_last_kB = 0;
-  std::vector<std::string> wrong;  // a line each
+  std::vector<std::string> wrong;  // one line each
 };
 
 [[nodiscard]] LongResult live_long(const LongOptions& options);

@@ -1,4 +1,4 @@
-// The beginning of the long life, and its wraps; sixty days of it are bmud_simulation's (docs/simulation.md).
+// The start of the long run, and its overflows; bmud_simulation runs sixty days of it (docs/simulation.md).
 #include "tests/simulation/long_life.hpp"
 
 #include "tests/support/catch.hpp"

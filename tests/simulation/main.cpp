@@ -1,4 +1,4 @@
-// bmud_simulation: lives drawn from seeds, and the long life (docs/simulation.md).
+// bmud_simulation: runs drawn from seeds, and the long run (docs/simulation.md).
 #include <chrono>
 #include <cstdio>
 #include <iostream>

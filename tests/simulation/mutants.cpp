@@ -16,7 +16,7 @@ namespace bmu::test {
 
 namespace {
 
-/// Every command of these decisions asks for this instead, well formed.
+/// Replaces the outputs in every contactor command of these decisions, well formed.
 void command_instead(Decisions& decisions, const ContactorOutputs& outputs) {
   decisions.outputs = outputs;
   for (OutgoingFrame& out : decisions.frames) {
@@ -40,7 +40,7 @@ auto holds_on() {
   };
 }
 
-/// A sound frame of this kind, to be changed on its way to the core.
+/// A valid frame of this message, to be changed on its way to the core; nullptr if it is another.
 CanFrame* sound_frame(ObservedThing& what, const MessageSpec& message) {
   auto* received = std::get_if<FrameReceived>(&what);
   const bool is_it = received != nullptr && received->frame.id == message.base_id && !form_fault(received->frame) &&
@@ -48,7 +48,7 @@ CanFrame* sound_frame(ObservedThing& what, const MessageSpec& message) {
   return is_it ? &received->frame : nullptr;
 }
 
-/// The unit's words say that nobody presses it.
+/// The PDU reports the emergency stops as released.
 void hide_emergency_stop(ObservedThing& what, TimePoint) {
   CanFrame* word = sound_frame(what, internal_bus::pdu_status);
   if (word == nullptr) return;
@@ -57,7 +57,7 @@ void hide_emergency_stop(ObservedThing& what, TimePoint) {
   seal(internal_bus::pdu_status, word->data[6], *word);
 }
 
-/// The sensor's results say 1 A instead of 50 A and more.
+/// The sensor shows 1 A instead of more than 50 A.
 void hide_current(ObservedThing& what, TimePoint) {
   constexpr std::int64_t much_mA = 50'000;
   constexpr std::int64_t little_mA = 1'000;
@@ -74,7 +74,7 @@ void close_main_early(Decisions& decisions, const Stage&) {
   command_instead(decisions, outputs);
 }
 
-/// A second after each opening main negative is tried again, whoever wants it.
+/// Main negative is closed a second after each opening, without a request.
 auto closes_by_itself() {
   return [opened_at = std::make_shared<TimePoint>(), was_closed = std::make_shared<bool>(false)](Decisions& decisions,
                                                                                                  const Stage& stage) {
@@ -86,7 +86,7 @@ auto closes_by_itself() {
   };
 }
 
-/// Of an open pack's words each tenth second some say that the key is off.
+/// In an open pack 3 of every 200 status messages of the PDU, about 10 s, report the key as off.
 auto turns_the_key() {
   return [words = std::make_shared<std::uint64_t>(0)](ObservedThing& what, TimePoint) {
     constexpr std::uint64_t seldom = 200;
@@ -99,7 +99,7 @@ auto turns_the_key() {
   };
 }
 
-/// For a second, half a minute after the start.
+/// For a second, from 30 s on.
 void open_for_nothing(Decisions& decisions, const Stage& stage) {
   constexpr TimePoint from{30s};
   if (stage.pack.now() >= from && stage.pack.now() < from + 1s) command_instead(decisions, {});
@@ -113,7 +113,7 @@ void repeat_counter(Decisions& decisions, const Stage& stage) {
   }
 }
 
-/// Of the vehicle's messages those with voltages and temperatures as they were when all was known.
+/// Repeats the last valid voltage message to the vehicle.
 auto tells_old_values() {
   return [good = std::make_shared<std::map<std::uint32_t, CanFrame>>()](Decisions& decisions, const Stage&) {
     for (OutgoingFrame& out : decisions.frames) {
@@ -130,7 +130,7 @@ auto tells_old_values() {
 
 // --- charger and inverter -------------------------------------------------------------------------------------------
 
-/// What a frame orders a charger, and in whose language.
+/// The command to a charger in a frame, and its protocol.
 struct Order {
   const ChargerDriver* driver = nullptr;
   ChargerCommand command;
@@ -153,7 +153,7 @@ void change_orders(Decisions& decisions, Change change) {
   }
 }
 
-/// A charger that was told to charge is told so for half a second more.
+/// A charger that was commanded to charge is commanded so for half a second more.
 auto charges_on() {
   struct Memory {
     ChargerOrder last;
@@ -169,7 +169,7 @@ auto charges_on() {
   };
 }
 
-/// Half as much again as the pack may take.
+/// Commands 1.5 times the charge limit.
 void ask_for_too_much(Decisions& decisions, const Stage& stage) {
   const std::int32_t limit_mA = stage.pack.core().limits().charge.limit_mA;
   change_orders(decisions, [limit_mA](ChargerOrder& order) {
@@ -178,7 +178,7 @@ void ask_for_too_much(Decisions& decisions, const Stage& stage) {
   });
 }
 
-/// What tells a charger to stop never gets to the bus.
+/// Commands that stop a charger never get to the bus.
 void lose_stops(Decisions& decisions, TimePoint) {
   change_orders(decisions, [](ChargerOrder& order) {
     if (order.is_enabled) return false;
@@ -188,7 +188,7 @@ void lose_stops(Decisions& decisions, TimePoint) {
   });
 }
 
-/// For the last part of a life, in which everything is well.
+/// In the last part of a run, after all faults.
 void never_charge_again(Decisions& decisions, const Stage& stage) {
   if (stage.pack.now() < TimePoint{60s}) return;
   change_orders(decisions, [](ChargerOrder& order) {
@@ -212,7 +212,7 @@ bool is_of_inverter(const CanFrame& frame) {
   });
 }
 
-/// Whenever the core sees a frame of its own on the device's bus, it takes it for what was last heard of the device.
+/// Replaces each echo of the core on the device's bus by the device's last frame.
 auto hears_itself(bool (*is_of_device)(const CanFrame&)) {
   return [is_of_device, last = std::make_shared<std::optional<FrameReceived>>()](ObservedThing& what, TimePoint) {
     const auto* received = std::get_if<FrameReceived>(&what);
@@ -231,7 +231,7 @@ const InverterDriver* inverter_of(const OutgoingFrame& out, BatteryReport& said)
   return nullptr;
 }
 
-/// The inverter is told its last limits again where they have fallen to nothing.
+/// Repeats the last limits to the inverter after they have fallen to zero.
 auto keeps_limits() {
   return [last = std::make_shared<CanFrame>()](Decisions& decisions) {
     for (OutgoingFrame& out : decisions.frames) {

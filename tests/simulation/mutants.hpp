@@ -1,5 +1,5 @@
-// Cores that do wrong, each in one way, and the rule by which the oracle has to notice: a judge who has never found
-// anybody guilty is none.
+// Defective cores, each with one defect, and the rule by which the oracle must detect it: an oracle that has never
+// failed a core proves nothing.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace bmu::test {
 
-/// Each with a memory of its own: good for one life.
+/// Each has a state of its own: for one run.
 [[nodiscard]] std::vector<Mutant> make_mutants();
 
 }  // namespace bmu::test

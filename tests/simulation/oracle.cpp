@@ -11,18 +11,18 @@ namespace bmu::test {
 
 namespace {
 
-/// A reaction that another fault hides may come later by what that one may go unseen itself.
+/// A reaction to a hidden fault may come later by the time for which the hiding one may be undetected itself.
 constexpr Duration hidden_for = 500ms;
-/// A tick and the frame that asked for it, behind an age.
+/// A tick and the frame before it, after an age.
 constexpr Duration tick_and_frame = 30ms;
 constexpr Duration pause_for_reason = 10s;
 constexpr Duration pause_else = 2s;
 constexpr Duration played_within = 20s;
-/// What a line does and when the master knows it: a word of the unit, and what holds it up.
+/// From a change of an input to the master: a status message of the PDU, and its delays.
 constexpr Duration line_known_after = 600ms;
-/// A latched fault's cause, and tries of a precharge that follow each other, may open later.
+/// The cause of a latched fault, and successive attempts of a precharge, may open later.
 constexpr Duration aftermath = 15s;
-/// So long after the last decision for it a contact may be closed: the command's life, a period, a frame, the
+/// Time after the last decision for it in which a contact may be closed: the command's validity, a period, a frame, the
 /// mechanism.
 constexpr Duration contact_follows = 320ms;
 constexpr double permille = 1e3;
@@ -151,7 +151,7 @@ void Oracle::check_begin_of_closing(TimePoint now) {
   const auto has_edge = [this](const Line& line) {
     return line.is_on && line.turned_on_at > edge_needed_since_ - line_known_after;
   };
-  const bool may_be_deceived = heard_.forged() > 0;  // of the lines, too
+  const bool may_be_deceived = heard_.forged() > 0;  // about the inputs, too
   require(has_edge(vehicle_) || has_edge(charger_) || may_be_deceived, Rule::edge, now,
           "a closing begins though nobody has turned a key since " +
               std::to_string(to_ms(edge_needed_since_ - started_at_)) + " ms");
@@ -161,15 +161,15 @@ void Oracle::check_begin_of_closing(TimePoint now) {
   require(!is_welded, Rule::healthy, now, "a closing begins though main positive is closed");
 }
 
-/// A charge that a silence has interrupted goes on as if its charger had been plugged in anew; a pause may still hold
-/// it up, and the charger be silent again meanwhile.
+/// A charge that was interrupted by a silence goes on as if its charger had been plugged in again; a pause may still
+/// delay it, and the charger may be silent again meanwhile.
 void Oracle::follow_resumed(TimePoint now) {
   if (!charger_.is_on || !flow_.may_resume(now)) return;
   charger_.turned_on_at = now;
   flow_.note_resumed();
 }
 
-/// By the real voltages, of which two hundredths are left to the sensors' periods.
+/// By the real voltages, with a margin of two hundredths for the sensors' periods.
 void Oracle::check_main_positive(const Stage& stage, TimePoint now) {
   ++times_closed_;
   const Plant& plant = stage.pack.simulator().plant();
@@ -185,7 +185,7 @@ void Oracle::note_opening(const Stage& stage, TimePoint now) {
   const bool is_request_over = !is_wanted() || (line_fell_at_ != TimePoint{} && now - line_fell_at_ < line_known_after);
   const bool is_for_reason = before_.main_positive && !is_request_over;
   if (was_closed) ++times_opened_;
-  // Nobody but the charger wants it closed.
+  // Only the charger requests a closed pack.
   const bool is_for_silence = !vehicle_.is_on && flow_.is_charger_silent(now);
   require(!is_for_reason || is_for_silence || !is_quiet() || now - quiet_since_ < aftermath, Rule::reason, now,
           "a closed pack opens for nothing; the core says: " + why_opened(stage.pack.core().last_opening()));
@@ -197,7 +197,7 @@ void Oracle::note_opening(const Stage& stage, TimePoint now) {
 }
 
 void Oracle::check_frames(const Decisions& decisions, const View& view, TimePoint now) {
-  constexpr Duration command_late = 130ms;  // two wait for a busy bus; the unit opens after 200 ms
+  constexpr Duration command_late = 130ms;  // two may wait for a busy bus; the PDU opens after 200 ms
   for (const OutgoingFrame& out : decisions.frames) {
     if (out.port == Port::vehicle) check_published(out.frame, now);
     if (out.port != Port::internal || out.frame.id != internal_bus::contactor_command.base_id) continue;
@@ -225,7 +225,7 @@ void Oracle::check_soc(const View& view, TimePoint now) {
   const bool is_counted_wrong =
       std::exchange(forged_before_, heard_.forged()) != heard_.forged() || is_present("damage");
   if (soc_kept_permille_ && !is_counted_wrong) {
-    constexpr double record_permille = 25.0;  // a record is at most 1 % behind; the rest may have flowed since
+    constexpr double record_permille = 25.0;  // a record is at most 1 % behind; the remainder may have flowed since
     require(
         std::abs(told - *soc_kept_permille_) <= record_permille, Rule::soc, now,
         "a life begins with " + std::to_string(told) + " where " + std::to_string(*soc_kept_permille_) + " was kept");
@@ -264,9 +264,9 @@ void Oracle::check_flow(const Decisions& decisions, const View& view, const Stag
 void Oracle::check_published(const CanFrame& frame, TimePoint now) {
   using namespace vehicle_bus;
   const std::uint32_t id = frame.id - config_->vehicle.base_id + default_base_id;
-  // An open pack that nobody wants is asked seldom, and may say for two of these periods what it has heard.
+  // An open pack without a request is polled slowly, and may publish received values for two of these periods.
   const Duration seldom = before_.any_contactor() ? Duration{} : 2 * config_->poll.parked_period;
-  // What waited in a device for a bus that was full comes as if it were new: nobody can tell.
+  // Frames that waited in a device for a full bus arrive as if they were new: this is not detectable.
   const bool was_flooded = flooded_at_ != TimePoint{} && now - flooded_at_ <= hidden_for;
   const auto allow = [&](bool is_valid, Heard::Kind kind, std::string_view what) {
     const std::string stale = heard_.stale(now, tick_and_frame + seldom, kind);
@@ -308,7 +308,7 @@ void Oracle::note_end(const FaultEvent& fault, TimePoint now) {
   found->due_at = now + fault.kind->allowed;
 }
 
-/// What is restored is the floor of all that is counted from here on.
+/// The restored values are the lower bounds of all counters from now on.
 void Oracle::note_boot(const PersistentState& kept, TimePoint now) {
   flow_.note_boot();
   before_ = {};
@@ -375,7 +375,7 @@ void Oracle::follow_lines(const Stage& stage) {
   if (is_main_closed && main_closed_since_ == TimePoint{}) main_closed_since_ = now;
 }
 
-/// Now, by what the fault is and who asks.
+/// Whether it must be open now, by the kind of fault and the requests.
 bool Oracle::must_be_open(Present& present, const Stage& stage) const {
   const TimePoint now = stage.pack.now();
   switch (present.fault->kind->effect) {
@@ -410,7 +410,7 @@ void Oracle::check_fault(Present& present, const Stage& stage) {
     present.was_hidden = true;
     present.due_at += hidden_for;
   }
-  // Where another fault has the bus for itself, what counts is what is decided.
+  // If another fault occupies the bus, the decision counts.
   const bool is_on_bus = kind.reached == Reached::on_the_bus && !present.was_hidden;
   const bool is_open = is_on_bus ? !stage.pack.commanded().any_contactor() : !before_.any_contactor();
   if (is_open && !present.has_opened && present.was_closed) reactions_.push_back({&kind, now - present.began_at});

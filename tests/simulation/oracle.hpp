@@ -1,32 +1,33 @@
-// Judges a simulated life by what can be seen of it: the frames on the bus, the contacts, voltages and lines of the
-// emulated pack, and what the core publishes. It computes nothing the way the core does and knows none of its state; of
-// a fault it knows what the world did, and of a reaction how long the catalogue gives it.
+// Checks a simulated run by its observable behaviour: the frames on the bus, the contacts, voltages and inputs of the
+// emulated pack, and the values that the core publishes. It computes nothing in the way of the core and uses none of
+// its state; of a fault it uses the cause in the emulated pack, and of a reaction the time that the catalogue allows.
 //
-// The rules, each with the moment at which it is looked at:
+// The rules, by the time at which each is checked:
 //
 //   with every decision
 //     permission        nothing is commanded closed without the permission that is published
-//     fresh             nothing is commanded closed, or begun to, on what is older than its age, as it really came
-//     edge              a closing has a turn of the key, or of the charger, behind the last opening for a reason, start
+//     fresh             nothing is commanded closed, nor a closing started, on values older than their age, by their
+//                       real reception
+//     edge              a closing has a turn of the key, or of the charger, after the last opening for a reason, start
 //                       or gap
-//     pause             2 s between an opening and a closing, 10 s where it was for a reason
-//     healthy           no closing begins while a main contactor is closed already: it is welded
-//     precharge         main positive is commanded only when the link is charged, by its real voltage
+//     pause             2 s between an opening and a closing, 10 s after one for a reason
+//     healthy           no closing starts while main positive is closed already: it is welded
+//     precharge         main positive is commanded only when the DC link is charged, by its real voltage
 //     counter           the commands' counter goes on by one, and none is missing
-//     wakes             the next tick is asked for within a tick
-//     gate              the last door of the core never had anything to refuse
-//     soc               what is told does not step
-//     totals            charge, energy and wear never go back, nor over a power cut behind what was kept
-//     published         no value that is old is sent to the vehicle as valid
-//     reason            a closed pack that is wanted opens for a fault only
-//     asks, allows,     what a charger or an inverter is told: flow_oracle.hpp
+//     wakes             the next tick is requested within a tick
+//     gate              the output gate of the core never has to refuse a frame
+//     soc               the published state of charge does not jump
+//     totals            charge, energy and wear never go back, nor after a power cut below the saved values
+//     published         no stale value is sent to the vehicle as valid
+//     reason            a closed pack with a request opens for a fault only
+//     asks, allows,     commands to a charger or an inverter: flow_oracle.hpp
 //     withdraws, silence
 //   every millisecond
-//     in_time           what a fault must open is open in time, and stays so
+//     in_time           a fault that must open the pack opens it in time, and keeps it open
 //     contacts          the contacts are open soon after nothing is commanded closed
-//     stops, withdraws  what a charger or an inverter has heard
+//     stops, withdraws  commands that a charger or an inverter has received
 //   at the end
-//     recovery          with all faults gone, cleared, and the key turned or the charger plugged in anew it closes; a
+//     recovery          with all faults gone, cleared, and the key turned or the charger plugged in again it closes; a
 //                       charger charges then, and goes on after a power cut, and an inverter is allowed something
 #pragma once
 
@@ -52,7 +53,7 @@ struct Violation {
 
 [[nodiscard]] View view_of(const Core& core);
 
-/// How long a fault took to open a pack that was closed when it began.
+/// Time that a fault took to open a pack that was closed when it started.
 struct TimedOpening {
   const FaultKind* kind = nullptr;
   Duration took{};
@@ -62,7 +63,7 @@ class Oracle {
  public:
   Oracle(const CoreConfig& config, TimePoint started_at);
 
-  // What happens, in the order in which it does.
+  // Events, in their order.
   void note_sent(const CanFrame& frame, TimePoint now) { heard_.note_sent(frame, now); }
   void note_told(const ObservedThing& what, TimePoint now);
   void note_carried(const CanFrame& frame, bool is_taken_in, TimePoint now) {
@@ -72,11 +73,11 @@ class Oracle {
   void note_millisecond(const Stage& stage);
   void note_begin(const FaultEvent& fault, const Stage& stage);
   void note_end(const FaultEvent& fault, TimePoint now);
-  /// A core begins, with what was kept for it.
+  /// A core starts, with its saved state.
   void note_boot(const PersistentState& kept, TimePoint now);
   void note_no_recovery(const std::string& why, TimePoint now) { blame(Rule::recovery, now, why); }
 
-  /// The first; the rest follow from it as like as not.
+  /// The first; later ones usually follow from it.
   [[nodiscard]] const std::optional<Violation>& violation() const { return violation_; }
   [[nodiscard]] const std::vector<TimedOpening>& reactions() const { return reactions_; }
   [[nodiscard]] std::uint64_t times_closed() const { return times_closed_; }
@@ -87,11 +88,11 @@ class Oracle {
     const FaultEvent* fault = nullptr;
     TimePoint began_at{};
     TimePoint due_at{};
-    TimePoint driving_since{};  // zero: somebody else asks, too
-    bool was_closed = false;    // when it began
+    TimePoint driving_since{};  // zero: not requested by the vehicle alone
+    bool was_closed = false;    // when it started
     bool was_hidden = false;
     bool has_opened = false;
-    bool has_ended = false;  // kept for what has to happen then
+    bool has_ended = false;  // kept for the reaction to its end
   };
   struct Line {
     bool is_on = false;
@@ -139,10 +140,10 @@ class Oracle {
   std::uint64_t times_opened_ = 0;
 
   std::vector<Present> present_;
-  TimePoint quiet_since_;            // nothing that may open since then
-  TimePoint hidden_at_{};            // the last moment at which something was hidden
-  const FaultEvent* hid_ = nullptr;  // and what hid it
-  TimePoint flooded_at_{};           // the last moment at which the bus was full
+  TimePoint quiet_since_;            // no fault that may open since then
+  TimePoint hidden_at_{};            // the last time at which something was hidden
+  const FaultEvent* hid_ = nullptr;  // and the fault that hid it
+  TimePoint flooded_at_{};           // the last time at which the bus was full
   Line vehicle_;
   Line charger_;
   TimePoint line_fell_at_{};
@@ -156,10 +157,10 @@ class Oracle {
   TimePoint request_over_at_{};
   std::optional<std::uint8_t> command_counter_;
   TimePoint command_at_{};
-  bool was_port_down_ = false;  // since that
+  bool was_port_down_ = false;  // since the last command
 
   SocWatch soc_;
-  std::optional<double> soc_kept_permille_;  // by the record this life began with, until it has told its own
+  std::optional<double> soc_kept_permille_;  // restored at the start, until the first published value
   std::uint64_t forged_before_ = 0;
   PackTotals totals_;
   ContactorLedgerEntries wear_{};

@@ -20,7 +20,7 @@ struct Shape {
   unsigned weight = 1;  // how often it is drawn; large packs take long
 };
 
-/// The emulated charger ends somewhere, and the insulation monitor knows what is little for this pack.
+/// The emulated charger needs a final voltage, and the insulation monitor the full voltage of this pack.
 CoreConfig with_full_cells(CoreConfig config) {
   config.cell.voltage_max_uV = 4'200'000;
   return config;
@@ -78,7 +78,7 @@ void sort_drive(Plan& plan) {
                    [](const DriveEvent& one, const DriveEvent& other) { return one.at < other.at; });
 }
 
-/// Key on and off, with loads of up to a fifth of what the pack can carry for ever; now and then a charger instead.
+/// Key on and off, with loads of up to a fifth of the continuous current; at times a charger instead.
 void draw_drive(Draw& draw, Plan& plan) {
   const CurrentLimitConfig& current = draw.config.current;
   Duration at = settles_for;
@@ -101,7 +101,7 @@ void draw_drive(Draw& draw, Plan& plan) {
   sort_drive(plan);
 }
 
-/// Between two faults of a group.
+/// Minimum time between two faults of a group.
 constexpr Duration apart{50ms};
 
 bool collides(const Plan& plan, const FaultEvent& event) {
@@ -111,7 +111,7 @@ bool collides(const Plan& plan, const FaultEvent& event) {
   });
 }
 
-/// One of these kinds, unless another of its group is there then.
+/// Draws one of these kinds, unless another of its group is present then.
 void draw_fault(Draw& draw, const std::vector<const FaultKind*>& kinds, Plan& plan) {
   FaultEvent event{.kind = kinds[static_cast<std::size_t>(draw.between(0, std::ssize(kinds) - 1))]};
   event.begins_at = milliseconds_between(draw, settles_for, faults_span);
@@ -130,7 +130,7 @@ std::vector<const FaultKind*> kinds_that_happen(bool to_anybody, Guest guest) {
   return found;
 }
 
-/// As likely as not at any time of the drive; what has happened less often is not more likely.
+/// Uniform over the time of the drive; a kind that was drawn less often is not more likely.
 void draw_faults(Draw& draw, Plan& plan) {
   static const std::vector<const FaultKind*> kinds = kinds_that_happen(true, Guest::nobody);
   const std::int64_t wanted = draw.between(2, 9);
@@ -154,7 +154,7 @@ std::vector<const Driver*> drivers(const Driver* Device::*kind) {
   return found;
 }
 
-/// What a pack file would leave out, by the same rules; nothing else of the pack changes.
+/// Defaults of keys that a pack file would leave out, by the same rules; nothing else of the pack changes.
 CoreConfig completed(const CoreConfig& config) {
   CoreConfig all = config;
   complete_defaults(all);
@@ -185,7 +185,7 @@ void add_inverter(Draw& draw, CoreConfig& config) {
   config.served_by[static_cast<std::size_t>(Port::inverter)] = bus;
 }
 
-/// Plugged in most of the time, now and then driven meanwhile, now and then driven instead.
+/// Plugged in most of the time, at times driven meanwhile, at times driven instead.
 void draw_charges(Draw& draw, Plan& plan) {
   const CurrentLimitConfig& current = draw.config.current;
   plan.drive.clear();
@@ -195,7 +195,7 @@ void draw_charges(Draw& draw, Plan& plan) {
     const bool is_both = draw.between(0, 4) == 0;
     const Duration off_at = at + milliseconds_between(draw, 5s, 26s);
     if (!is_driven_only) {
-      // What it can give: less or more than it is asked for.
+      // The current that it can give: less or more than commanded.
       const std::int64_t rating_mA = current.charge_continuous_mA * draw.between(2, 12) / 10;
       plan.drive.push_back({at, "charger current_A " + amperes(rating_mA) + "; charger connected"});
     }
@@ -219,7 +219,7 @@ void draw_storage(Draw& draw, Plan& plan) {
     const Duration off_at = at + milliseconds_between(draw, 6s, 30s);
     plan.drive.push_back({at, "vehicle on"});
     for (Duration next = at + 2s; next < off_at; next += milliseconds_between(draw, 500ms, 5s)) {
-      // Of what it wants it takes as much as it is told.
+      // It takes as much of this current as it is allowed.
       const bool is_charging = draw.between(0, 1) == 0;
       const std::int64_t most_mA = is_charging ? current.charge_continuous_mA : current.discharge_continuous_mA / 2;
       plan.drive.push_back(
@@ -230,7 +230,7 @@ void draw_storage(Draw& draw, Plan& plan) {
   }
 }
 
-/// A sequence of its own: whoever has no guest lives as if nobody had.
+/// A random sequence of its own: plans without a guest do not depend on it.
 void draw_guest(const CoreConfig& config, Plan& plan) {
   constexpr std::int64_t charger_permille = 250;
   constexpr std::int64_t inverter_permille = 150;
@@ -286,7 +286,7 @@ Plan draw_plan(std::uint64_t seed, bool has_guests) {
   sort_faults(plan);
   plan.length = faults_span;
   for (const FaultEvent& fault : plan.faults) plan.length = std::max(plan.length, fault.ends_at);
-  // A guest's goes on for so long that it would meet who looks whether all is well again.
+  // That of a guest goes on so long that it would overlap with the check of the recovery.
   if (plan.guest == Guest::nobody) return plan;
   std::erase_if(plan.drive, [&plan](const DriveEvent& event) { return event.at >= plan.length; });
   return plan;

@@ -1,14 +1,14 @@
-// What one seed means: a pack, a drive and faults, each with a beginning and an end. All of it is drawn before anything
-// runs, and each fault has numbers of its own: one can be left out, and everything else stays as it was.
+// Meaning of one seed: a pack, a drive and faults, each with a start and an end. All of it is drawn before the run, and
+// each fault has numbers of its own: one can be left out, and everything else stays as it was.
 //
-// Some packs have a guest: a charger that is driven over a bus, or an inverter. Everybody else's life is drawn as if
-// there were no guests at all.
+// Some packs have a guest: a charger that is controlled over a bus, or an inverter. The plans of all others are drawn
+// as if there were no guests at all.
 //
 //   Plan plan = draw_plan(17);
 //   keep_only(plan, {1, 4});     of its faults those with these numbers, counted from 1
 //
-// A kind of fault is a row: what it does, what the pack must do and within which time. Times are those of the catalogue
-// (docs/reaction-times.md), where every one of them is measured; here they hold whatever else happens.
+// A kind of fault is a row: its effect, the required reaction and the time for it. Times are those of the catalogue
+// (docs/reaction-times.md), where each of them is measured; here they hold together with any other events.
 #pragma once
 
 #include <cstdint>
@@ -24,35 +24,35 @@
 
 namespace bmu::test {
 
-/// What a fault does to a pack that was closed when it began.
+/// Effect of a fault on a pack that was closed when it started.
 enum class Effect : std::uint8_t {
   opens,          // within its time, and nothing closes as long as it lasts
   opens_once,     // the same, but an open pack does not show it: it may be tried again
-  opens_driving,  // as `opens`, but only where the vehicle alone asks
+  opens_driving,  // as `opens`, but only if the vehicle alone requests a closed pack
   opens_at_end,   // counted from its end: the core itself was away
-  may_open,       // depends on the moment, or on how much of it there is
+  may_open,       // depends on its time, or on its amount
   stays_closed,
 };
 
-/// Where its time ends.
+/// End of the time.
 enum class Reached : std::uint8_t {
-  on_the_bus,   // CONTACTOR_COMMAND with everything open is through
-  in_the_core,  // it decides so; nothing goes over this bus any more, and the unit opens by itself
+  on_the_bus,   // CONTACTOR_COMMAND with all contactors open is through
+  in_the_core,  // decided by the core; this bus carries nothing any more, and the PDU opens by itself
 };
 
-/// Who is on the other bus.
+/// Device on the other bus.
 enum class Guest : std::uint8_t { nobody, charger, inverter };
 
-/// In whose lives a fault can happen.
+/// Runs in which a fault can occur, by their guest.
 enum class Happens : std::uint8_t { to_anybody, to_any_guest, to_a_charger, to_an_inverter };
 
 struct FaultEvent;
 
-/// Of all devices there are, by name.
+/// Drivers of all devices, by name.
 [[nodiscard]] const std::vector<const ChargerDriver*>& charger_drivers();
 [[nodiscard]] const std::vector<const InverterDriver*>& inverter_drivers();
 
-/// What events are drawn from.
+/// Source of the drawn events.
 struct Draw {
   const CoreConfig& config;
   RandomSource random;
@@ -67,17 +67,17 @@ struct FaultKind {
   Effect effect = Effect::opens;
   Duration allowed{};  // of effects that open
   Reached reached = Reached::on_the_bus;
-  bool hides = false;  // others may be seen later while it lasts, or not at all
+  bool hides = false;  // others may be detected later while it lasts, or not at all
   Happens happens = Happens::to_anybody;
   Duration shortest = 500ms;
   Duration longest = 8s;
   void (*draw)(Draw&, FaultEvent&) = nullptr;
-  // Nothing here: the event's texts, in the language of scripts.
+  // nullptr: only the event's texts, in the script language.
   void (*begin)(Stage&, const FaultEvent&) = nullptr;
   void (*end)(Stage&, const FaultEvent&) = nullptr;
 };
 
-/// Those that happen to anybody come first.
+/// Those that occur in all runs come first.
 [[nodiscard]] std::span<const FaultKind> fault_kinds();
 [[nodiscard]] bool can_happen(const FaultKind& kind, Guest guest);
 [[nodiscard]] std::string_view to_text(Effect effect);
@@ -89,12 +89,12 @@ struct FaultEvent {
   Duration ends_at{};
   std::string begin_text;
   std::string end_text;
-  std::int64_t amount = 0;  // of what has no text: a share, a number of milliseconds, a choice
+  std::int64_t amount = 0;  // for kinds without a text: a share, a number of milliseconds, a choice
 
   [[nodiscard]] Duration length() const { return ends_at - begins_at; }
 };
 
-/// What people do: key, charger, load.
+/// Action of an operator: key, charger, load.
 struct DriveEvent {
   Duration at{};
   std::string text;
@@ -103,17 +103,17 @@ struct DriveEvent {
 struct Plan {
   std::uint64_t seed = 0;
   std::string_view pack_name;
-  const CoreConfig* config = nullptr;  // lives as long as the program, or as this plan
+  const CoreConfig* config = nullptr;  // valid as long as the program, or as this plan
   std::shared_ptr<const CoreConfig> with_guest;
   Guest guest = Guest::nobody;
-  bool ends_with_mains_cut = false;  // of a charger: at the end its charge is interrupted once more, and has to go on
+  bool ends_with_mains_cut = false;  // with a charger: at the end its charge is interrupted again, and has to go on
   Duration devices_ahead{};
   std::vector<DriveEvent> drive;
-  std::vector<FaultEvent> faults;  // by their beginnings
+  std::vector<FaultEvent> faults;  // by their start
   Duration length{};               // all faults are over by then
 };
 
-/// `has_guests` off: everybody lives as if there were none.
+/// `has_guests` false: all plans are drawn without guests.
 [[nodiscard]] Plan draw_plan(std::uint64_t seed, bool has_guests = true);
 void keep_only(Plan& plan, std::span<const std::size_t> numbers);
 /// A line for each event, as `--trace` prints it.

@@ -1,4 +1,4 @@
-// The rules by name, and what the core publishes: see oracle.hpp.
+// The rules by name, and the values that the core publishes: see oracle.hpp.
 #pragma once
 
 #include <cstdint>
@@ -39,12 +39,12 @@ enum class Rule : std::uint8_t {
 };
 [[nodiscard]] std::string_view to_text(Rule rule);
 
-/// What the core publishes, as the status socket would have it.
+/// The values that the core publishes, as on the status socket.
 struct View {
   bool may_stay_closed = false;
   bool may_charge = false;
   bool may_discharge = false;
-  std::int32_t charge_mA = 0;     // the pack's limit, the lesser of now and for long
+  std::int32_t charge_mA = 0;     // the pack's limit, the lesser of momentary and continuous
   std::int32_t discharge_mA = 0;  // likewise
   ContactorOutputs outputs;
   std::optional<std::int32_t> soc_permille;

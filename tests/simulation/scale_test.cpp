@@ -1,5 +1,5 @@
-// docs/scale.md: how long poll cycles take on a bus with exact lengths, against what the bits alone take; and that the
-// bound which pack files are judged by is one.
+// docs/scale.md: the duration of poll cycles on a bus with exact lengths, compared with that of the bits alone; and a
+// test that the bound for pack files is one.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -49,7 +49,8 @@ Duration shortest_period(const CoreConfig& config, std::int32_t rate_kbit_per_s)
   return *period;
 }
 
-/// Asked as often as by default, or as seldom as it takes: the next ten milliseconds that pack files may have.
+/// Polled at the default period or, if it is too short, at the shortest possible one, rounded up to ten milliseconds,
+/// as pack files may have it.
 CoreConfig polled(std::size_t modules, std::int32_t rate_kbit_per_s) {
   CoreConfig config = pack_of(modules);
   const Duration least = shortest_period(config, rate_kbit_per_s);
@@ -72,7 +73,7 @@ struct Run {
   double load = 0.0;
 };
 
-constexpr std::int64_t periods_of_settling = 50;  // identities, limits, and what is said once
+constexpr std::int64_t periods_of_settling = 50;  // identities, limits, and messages that are sent once
 constexpr std::int64_t periods_measured = 60;
 
 Run run(std::size_t modules, std::int32_t rate_kbit_per_s, Pace pace) {
@@ -179,7 +180,7 @@ TEST_CASE("a poll cycle takes at most 1.10 times what its bits take", "[simulati
     INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
     CHECK(ratio(one.typical.took, one.typical.minimum) <= 1.10);
     for (const PollCycle& cycle : one.cycles) {
-      REQUIRE(cycle.took >= cycle.minimum);  // it is a minimum
+      REQUIRE(cycle.took >= cycle.minimum);  // a minimum
       REQUIRE(ratio(cycle.took - cycle.others, cycle.minimum) <= 1.10);
     }
   }
@@ -210,7 +211,7 @@ TEST_CASE("no measured load is higher than the one that pack files are judged by
     INFO(one.modules << " modules at " << one.rate_kbit_per_s << " kbit/s");
     const std::int64_t worst = bus_load_permille(one.config, one.config.poll.period, one.rate_kbit_per_s);
     CHECK(1'000.0 * one.load <= static_cast<double>(worst));
-    CHECK(1'000.0 * one.load >= 0.75 * static_cast<double>(worst));  // and it is no wild guess
+    CHECK(1'000.0 * one.load >= 0.75 * static_cast<double>(worst));  // and it is not too high
   }
 }
 

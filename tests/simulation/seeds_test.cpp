@@ -1,4 +1,4 @@
-// Lives from seeds, in the normal run; bmud_simulation takes thousands of them (docs/simulation.md).
+// Runs from seeds, in the normal test run; bmud_simulation runs thousands of them (docs/simulation.md).
 #include <algorithm>
 #include <set>
 
@@ -26,14 +26,14 @@ std::string told(const Outcome& outcome) {
   return std::string(to_text(outcome.violation->rule)) + ": " + outcome.violation->text;
 }
 
-/// In this life the mutant is noticed, by the rule that it breaks before any other.
+/// Whether the mutant is detected in this run, by the rule that it breaks before any other.
 bool is_noticed(std::size_t index, std::uint64_t seed) {
   const Mutant mutant = make_mutants()[index];
   const Outcome outcome = live(draw_plan(seed), {.mutant = &mutant});
   return outcome.violation && outcome.violation->rule == mutant.noticed_by;
 }
 
-/// In its own life, or, where the plans have changed since, in another one.
+/// In the run of its own seed, or, if the plans have changed since, in another one.
 bool is_noticed(std::size_t index) {
   constexpr std::uint64_t seeds = 300;
   const std::uint64_t own = make_mutants()[index].seed;
@@ -65,7 +65,7 @@ TEST_CASE("lives with faults of every kind break no rule", "[simulation][seeds][
   CHECK(result.times_closed > result.seeds);  // each of them closes, at the end at the latest
 }
 
-// A seed that broke a rule once, and what it has shown: in the life that it was then, without a guest.
+// Seeds that once broke a rule, and the defect that they showed: with their plan of that time, without a guest.
 TEST_CASE(
     "119: a key that is turned right after a slow POLL closes the pack: all modules asked twice within 10 ms kept "
     "the current from coming",

@@ -1,6 +1,6 @@
-// Whether a state of charge moves no faster than it may: by what can flow, and by the rate at which what is told
-// follows the estimate (daemon/core/estimation/soc/published_soc.hpp), which is lower once it has been told for five
-// minutes. The oracle of short lives and the long life both ask it.
+// Checks that a state of charge changes no faster than permitted: by the charge that can flow, and by the rate at which
+// the published value follows the estimate (daemon/core/estimation/soc/published_soc.hpp), which is lower after the
+// first five minutes. Used by the oracle of the short runs and by the long run.
 #pragma once
 
 #include <algorithm>
@@ -17,15 +17,15 @@ class SocWatch {
  public:
   explicit SocWatch(const CoreConfig& config) : flow_permille_per_s_(flow_permille_per_s(config)) {}
 
-  /// What is told next is a beginning: it may be anything, and follows fast for its first minutes.
+  /// The next value is a start: it may be anything, and follows fast for its first minutes.
   void begin_anew() {
     band_.reset();
     began_at_.reset();
   }
-  /// What is told next may be anything, as where what flowed was told wrongly; it is no beginning.
+  /// The next value may be anything, e.g. after a current that was measured wrongly; it is no start.
   void allow_step() { band_.reset(); }
 
-  /// False: it has moved further than it may, from this or that moment before. `now` does not go back.
+  /// False: it has moved further than permitted, from any time before. `now` does not go back.
   [[nodiscard]] bool follow(double told_permille, TimePoint now) {
     if (!began_at_) began_at_ = now;
     if (!band_) {
@@ -33,14 +33,14 @@ class SocWatch {
       followed_at_ = now;
     }
     const double rate = rate_permille_per_s(now);
-    // The number is a whole one, and steps with the estimate, which where nothing comes is made each second.
+    // The value is a whole number, and steps with the estimate, which without samples is made each second.
     const double step = 1.0 + rate * estimate_apart_s;
     const double passed_s = to_s(now - followed_at_);
     band_->low -= rate * passed_s;
     band_->high += rate * passed_s;
     followed_at_ = now;
     const bool is_possible = told_permille >= band_->low - step && told_permille <= band_->high + step;
-    // One that has stepped is said once.
+    // A jump is reported once.
     if (!is_possible) band_ = Band{told_permille, told_permille};
     band_->low = std::max(band_->low, told_permille);
     band_->high = std::min(band_->high, told_permille);
@@ -50,10 +50,10 @@ class SocWatch {
  private:
   static constexpr double permille = 1e3;
   static constexpr double estimate_apart_s = 1.1;
-  /// The core counts its minutes from an estimate to the next.
+  /// The core counts its minutes from one estimate to the next.
   static constexpr double begin_slack_s = 2.0;
 
-  /// How much charge can flow in a second at the most, as a share of the capacity.
+  /// Maximum of the charge that can flow in a second, as a share of the capacity.
   static double flow_permille_per_s(const CoreConfig& config) {
     constexpr double beyond_limit = 1.5;
     const double most_mA = std::max(config.limits.discharge_overcurrent.open, config.limits.charge_overcurrent.open);
@@ -64,7 +64,7 @@ class SocWatch {
     return permille * (is_young ? published_begin_rate_per_s : published_rate_per_s) + flow_permille_per_s_;
   }
 
-  struct Band {  // where the next can be without a step
+  struct Band {  // range of the next value without a jump
     double low = 0.0;
     double high = 0.0;
   };

@@ -8,7 +8,7 @@ namespace bmu::test {
 namespace {
 
 constexpr std::int64_t unix_time_at_start_ms = 1'700'000'000'000;
-constexpr std::int32_t cell_noise_uV = 300;      // without any, a pack at rest would be one whose values stand still
+constexpr std::int32_t cell_noise_uV = 300;      // without any, a pack at rest would have stuck values
 constexpr std::size_t device_queue_length = 16;  // as a controller has, for a module's whole answer
 
 constexpr Station devices = Station::module_first;  // all of them have one controller
@@ -125,7 +125,7 @@ void OuterBus::set_power(bool is_on, TimePoint now) {
   bus_.restart(Station::master, now);
 }
 
-/// All that one interface serves goes with it.
+/// All ports that the interface serves go with it.
 void OuterBus::set_port(bool is_up, WiredPack& pack) {
   is_port_up_ = is_up;
   if (!is_up) bus_.drop_queue(Station::master);

@@ -1,6 +1,6 @@
-// Where a simulated life takes place: the core with the emulated pack and its bus (wired_pack.hpp), a wire that fails,
-// another bus with a charger or an inverter where the pack has one, a store that keeps the core's state some time after
-// it was told, and a wall clock that anybody may set.
+// Environment of a simulated run: the core with the emulated pack and its bus (wired_pack.hpp), a wire with faults,
+// another bus with a charger or an inverter if the pack has one, a store that saves the core's state with a delay, and
+// a wall clock that can be set.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace bmu::test {
 
-/// The state file of the daemon: it holds what the core wanted kept a moment ago, whole, or what was there before.
+/// The state file of the daemon: it holds a recent state of the core, complete, or the one before it.
 class StateStore {
  public:
   explicit StateStore(std::uint64_t seed) : random_(seed) {}
 
-  /// After each decision. What has changed is written within `write_time_max`; what changes meanwhile comes afterwards.
+  /// After each decision. A change is written within `write_time_max`; changes meanwhile are written afterwards.
   void follow(const Core& core, TimePoint now);
-  /// The machine has no power any more: what was being written is lost.
+  /// The machine has lost its power: a write in progress is lost.
   void cut_power() { writing_.reset(); }
-  /// A core begins: all of it is news.
+  /// A core starts: its whole state counts as changed.
   void begin_life() { generation_.reset(); }
   [[nodiscard]] const PersistentState& kept() const { return kept_; }
 
@@ -43,16 +43,16 @@ class Stage {
 
   void cut_power();
   void boot();
-  /// The wall clock as the daemon's shell would tell it: once a second and as a life begins.
+  /// Feeds the wall clock as the daemon's shell would: once a second and at the start of a session.
   void tell_wall_clock();
-  /// The core can be told something now and takes it in.
+  /// Whether the core can receive observations now.
   [[nodiscard]] bool is_alive() const { return pack.has_power() && !pack.is_stalled(); }
 
   WiredPack pack;
   FaultyWire wire;
   OuterBus outer;
   StateStore store;
-  std::int64_t wall_offset_ms = 0;  // how far the wall clock is off
+  std::int64_t wall_offset_ms = 0;  // error of the wall clock
 
  private:
   TimePoint began_at_;

@@ -20,7 +20,7 @@ class Sweep {
   Sweep(SeedRange seeds, const SweepOptions& options) : seeds_(seeds), options_(options), next_(seeds.first) {}
 
   SweepResult run() {
-    static_cast<void>(draw_plan(seeds_.first));  // reads the packs before anybody asks for them at once
+    static_cast<void>(draw_plan(seeds_.first));  // reads the packs before the threads need them
     std::vector<std::thread> threads;
     for (unsigned count = 0; count < std::max(options_.threads, 1U); ++count) {
       threads.emplace_back([this] { work(); });
@@ -76,8 +76,8 @@ class Sweep {
   std::map<std::uint64_t, std::uint64_t> hashes_;
 };
 
-/// How many took at most a quarter, half, three quarters and all of what is allowed, and how many more: others hid
-/// them.
+/// Numbers of those that took at most a quarter, half, three quarters and all of the allowed time, and of those that
+/// took longer, hidden by others.
 std::string histogram(const FaultKind& kind, const KindCount& count) {
   constexpr std::size_t columns = 5;
   std::array<std::size_t, columns> in{};

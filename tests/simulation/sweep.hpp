@@ -1,5 +1,5 @@
-// Many seeds, on as many threads as there are processors, and what came of them: how often each kind of fault was
-// there, how long it took to open, and which seeds broke a rule.
+// Runs of many seeds, on several threads, and their results: the number of faults of each kind, the time that each took
+// to open, and the seeds that broke a rule.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct SeedRange {
 struct FailedSeed {
   std::uint64_t seed = 0;
   Violation violation;
-  std::vector<std::size_t> least;  // of its faults those that are enough; empty if nobody looked
+  std::vector<std::size_t> least;  // of its faults those that are enough; empty if not minimised
 };
 
 struct KindCount {
@@ -39,8 +39,8 @@ struct SweepResult {
   std::uint64_t times_opened = 0;
   std::map<std::string_view, KindCount> kinds;
   std::vector<FailedSeed> failed;  // by seed
-  std::uint64_t hash = 0;          // of all decisions of all lives
-  bool had_guests = true;          // if they were drawn some
+  std::uint64_t hash = 0;          // of all decisions of all runs
+  bool had_guests = true;          // whether guests were drawn
 };
 
 struct SweepOptions {
@@ -52,7 +52,7 @@ struct SweepOptions {
 
 [[nodiscard]] SweepResult sweep(SeedRange seeds, const SweepOptions& options);
 
-/// One line that repeats it.
+/// A command line that repeats it.
 [[nodiscard]] std::string reproduction(std::uint64_t seed, const std::vector<std::size_t>& only,
                                        bool has_guests = true);
 [[nodiscard]] std::string to_text(const SweepResult& result);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <new>
 
-// ThreadSanitizer's operators come as a whole and cannot be replaced: nothing is counted and nothing limited then.
+// ThreadSanitizer's operators come as a whole and cannot be replaced: with it nothing is counted and nothing limited.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define BMUD_COUNTS_NOTHING
@@ -51,7 +51,7 @@ bmu::test::AllocationLimit::~AllocationLimit() {
 }
 
 #ifndef BMUD_COUNTS_NOTHING
-// All forms, so that none is left to the library or a sanitizer while its counterpart is ours.
+// All forms, so that the library or a sanitizer provides none while its counterpart is replaced here.
 void* operator new(std::size_t size) {
   return or_throw(counted(size));
 }

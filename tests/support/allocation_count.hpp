@@ -1,5 +1,5 @@
-// How often the program asked for heap memory: for tests of what promises not to; and a limit to it, for tests of what
-// has to do with less.
+// Count of the program's heap allocations, for tests of functions that promise none; and a limit on their size, for
+// tests of functions that must cope with less memory.
 //
 // A test program that links allocation_count.cpp has every form of operator new replaced by one that counts.
 #pragma once
@@ -11,7 +11,7 @@ namespace bmu::test {
 
 [[nodiscard]] std::uint64_t allocation_count();
 
-/// While it lives, whoever asks for more at once, in whatever thread, gets std::bad_alloc.
+/// During its lifetime a larger single allocation in any thread throws std::bad_alloc.
 class AllocationLimit {
  public:
   explicit AllocationLimit(std::size_t bytes_max);

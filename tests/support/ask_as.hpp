@@ -1,4 +1,4 @@
-// One question to a status socket by somebody else: a process of its own gives up what it is before it connects.
+// One request to a status socket by another user: a child process gives up its credentials before it connects.
 #pragma once
 
 #include <array>
@@ -24,14 +24,14 @@ namespace bmu::test {
 
 inline constexpr std::uint32_t nobody = 65'534;
 
-/// Only root can be somebody else.
+/// Credentials of the client. Only root can take those of another user.
 struct Asker {
   std::uint32_t user_id = nobody;
   std::uint32_t group_id = nobody;
   std::vector<std::uint32_t> more_groups{};
 };
 
-/// For a process of its own, which ends if it cannot be that one.
+/// Takes the credentials; for a child process, which exits if it may not.
 inline void become(const Asker& asker) {
   if (::setgroups(asker.more_groups.size(), asker.more_groups.data()) != 0 || ::setgid(asker.group_id) != 0 ||
       ::setuid(asker.user_id) != 0) {
@@ -39,7 +39,7 @@ inline void become(const Asker& asker) {
   }
 }
 
-/// The connection; the process ends if there is none to be had.
+/// Returns the connection; the process exits if it cannot connect.
 [[nodiscard]] inline int connect_to_socket(const std::string& socket_path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -49,20 +49,20 @@ inline void become(const Asker& asker) {
   return fd;
 }
 
-/// Ends with how far it came, which is what a failing test shows.
+/// Exits with a status that shows how far it got, which a failing test prints.
 [[noreturn]] inline void connect_and_ask(const std::optional<Asker>& asker, const std::string& socket_path,
                                          const std::string& question, int answer_fd) {
   if (asker) become(*asker);
   const int fd = connect_to_socket(socket_path);
   const std::string line = question + "\n";
-  // Who is turned away may find the connection closed already; what he was told is there nevertheless.
+  // A rejected client may find the connection closed already; the reply to it can be read nevertheless.
   static_cast<void>(::send(fd, line.data(), line.size(), MSG_NOSIGNAL));
   std::array<char, 65536> buffer{};
   const ssize_t count = ::recv(fd, buffer.data(), buffer.size(), 0);
   ::_exit(count > 0 && ::write(answer_fd, buffer.data(), static_cast<std::size_t>(count)) == count ? 0 : 4);
 }
 
-/// The first 64 KiB of the answer, which has to be whole in them. As ourselves without an asker.
+/// The first 64 KiB of the reply, which must be complete in them. Without an asker as the user of the test.
 [[nodiscard]] inline nlohmann::json ask_as(const std::optional<Asker>& asker, const std::string& socket_path,
                                            const std::string& question) {
   std::array<int, 2> ends{};
@@ -82,7 +82,7 @@ inline void become(const Asker& asker) {
   return nlohmann::json::parse(std::string(buffer.data(), count > 0 ? static_cast<std::size_t>(count) : 0));
 }
 
-/// So many connections of somebody's, for as long as this lives, of which nothing is ever heard.
+/// The given number of connections of another user for the lifetime of this object; no request is sent over them.
 class SilentConnections {
  public:
   SilentConnections(const Asker& asker, const std::string& socket_path, int count) {

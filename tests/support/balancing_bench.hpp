@@ -1,6 +1,6 @@
-// Balancing without a bus, in steps of a second: what measures, plans and commands, the modules' own side of it, and
-// cells that are charged, discharged and bled. Days of a large pack take seconds here. No contactors, no faults: what
-// speaks against balancing is set by the test.
+// Balancing without a bus, in steps of a second: measurement, plan and commands of the master, balancing of the
+// modules, and cells that are charged, discharged and bled. Days of a large pack take seconds of test time. No
+// contactors, no faults: the test sets the balancing blockers.
 #pragma once
 
 #include <algorithm>
@@ -40,41 +40,41 @@ class BalancingBench {
   }
 
   const CoreConfig config;
-  std::vector<double> soc;             // of each cell, really
-  std::vector<double> capacity_share;  // the same, of the file's capacity
-  std::vector<double> resistance_Ohm;  // the same
-  std::vector<double> bled_uAs;        // really
+  std::vector<double> soc;             // of each cell, true value
+  std::vector<double> capacity_share;  // of each cell, of the file's capacity
+  std::vector<double> resistance_Ohm;  // of each cell
+  std::vector<double> bled_uAs;        // of each cell, true value
   std::vector<double> bled_J;
-  std::vector<double> error_uV;      // of what a module says of a cell: how well it measures, and what else one likes
-  std::vector<double> hysteresis_V;  // of each cell, at most; and where it stands, from -1 to 1
-  std::vector<double> hysteresis;    // the same
-  std::vector<double> lost_permille_per_month;  // by itself
+  std::vector<double> error_uV;  // of the voltage that a module reports: measurement error, and any that a test sets
+  std::vector<double> hysteresis_V;             // of each cell, maximum; and its present position in it, from -1 to 1
+  std::vector<double> hysteresis;               // of each cell
+  std::vector<double> lost_permille_per_month;  // self-discharge
   std::vector<std::uint32_t> serial_numbers;    // of the modules
   std::int64_t unix_time_ms = 1'700'000'000'000;
-  double wire_Ohm = 0.0;   // what a bleeding cell's voltage falls by at its module, for each ampere
+  double wire_Ohm = 0.0;   // lowers the measured voltage of a bleeding cell, per ampere of its bleed current
   double current_A = 0.0;  // out of the pack
   double sensor_gain = 1.0;
   double sensor_offset_A = 0.0;
   bool is_open = false;
   BalancingBlockers blockers = 0;
-  std::function<std::uint16_t(std::size_t module, std::uint16_t switches)> told_switches;  // what a module says is on
-  std::function<bool(std::size_t module)> answers;                                         // a COMMAND; without: all do
-  bool keeps_minutes = false;  // modules begin only when a number changes, and forget none when its time is over
-  internal_bus::Mode mode = internal_bus::Mode::normal;  // what all modules claim
+  std::function<std::uint16_t(std::size_t module, std::uint16_t switches)> told_switches;  // reported as on
+  std::function<bool(std::size_t module)> answers;  // whether it responds to a COMMAND; empty: all do
+  bool keeps_minutes = false;  // modules start only when a number changes, and keep it after its time has expired
+  internal_bus::Mode mode = internal_bus::Mode::normal;  // reported by all modules
   bool is_on_module_supply = false;
   internal_bus::CommandResult result = internal_bus::CommandResult::done;
 
   void run(Duration duration) {
     for (const TimePoint end = now_ + duration; now_ < end;) step();
   }
-  /// False if that took longer than `at_most`.
+  /// Returns false if that took longer than `at_most`.
   [[nodiscard]] bool run_until(const std::function<bool()>& condition, Duration at_most) {
     for (const TimePoint end = now_ + at_most; now_ < end && !condition();) step();
     return condition();
   }
 
-  /// The daemon's life ends, and so much later another one begins with what the book had recorded: nothing else is
-  /// known. Modules stop bleeding.
+  /// Ends the session and starts the next after `dead_for`, with the records of the charge book as its only knowledge.
+  /// Modules stop bleeding.
   void restart(const CellChargeRecords& kept, Duration dead_for) {
     now_ += dead_for;
     unix_time_ms += to_ms(dead_for);
@@ -104,9 +104,9 @@ class BalancingBench {
   [[nodiscard]] const CellChargeBook& book() const { return book_; }
   [[nodiscard]] const std::vector<BalancingOrder>& orders() const { return orders_; }
   [[nodiscard]] const std::vector<BalancingStep>& steps() const { return remarkable_; }
-  /// What the module itself has switched on.
+  /// Switches that the module itself has on.
   [[nodiscard]] std::uint16_t really_on(std::size_t module) const { return units_[module].switches(); }
-  /// What is really missing in a cell until it is full.
+  /// True charge from the present SOC of the cell to full.
   [[nodiscard]] double missing_uAs(std::size_t cell) const {
     return (1.0 - soc[cell]) * capacity_share[cell] * static_cast<double>(config.cell.capacity_uAs);
   }
@@ -168,7 +168,7 @@ class BalancingBench {
     }
   }
   [[nodiscard]] double told_current_A() const { return current_A * sensor_gain + sensor_offset_A; }
-  /// The model's own law, with the share of its capacity that has left the cell.
+  /// The hysteresis law of the cell model, with the share of its capacity that has left the cell.
   void drag(std::size_t number, double share) {
     if (share == 0.0 || hysteresis_V[number] == 0.0) return;
     const double end = share > 0.0 ? -1.0 : 1.0;
@@ -236,7 +236,7 @@ class BalancingBench {
     return pack;
   }
 
-  /// The minutes that change something for a module; 7 for those that do not.
+  /// Minutes that change something for a module; Balancing::keep_minutes for those that do not.
   [[nodiscard]] BalancingMinutes heard(std::size_t module, const BalancingMinutes& minutes) {
     if (!keeps_minutes) return minutes;
     kept_minutes_.resize(units_.size());

@@ -1,4 +1,4 @@
-// A value that lives on the heap and is copied with its holder: for what is too large to lie on the stack many times.
+// A value on the heap that is copied with its holder: for types too large to have many of them on the stack.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// What a real daemon says of the machine it runs on, and not of its pack: a test machine is shared, and with sanitizers
-// slow. Tests that want to know of the pack's faults, and of no other, look past it where the machine may be its cause.
+// Faults that a real daemon reports because of the machine, not of its pack: a test machine is shared, and slow with
+// sanitizers. Tests of the faults of the pack ignore them where the machine may be their cause.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@
 
 namespace bmu::test {
 
-/// What the hypervisor gave to other machines while this one had something to run, over all processors, since boot.
+/// CPU time that the hypervisor gave to other machines while this one had work, over all processors, since boot.
 [[nodiscard]] inline std::chrono::nanoseconds stolen_time() {
   std::ifstream file("/proc/stat");
   std::string word;
@@ -26,13 +26,13 @@ namespace bmu::test {
   return std::chrono::nanoseconds(std::chrono::seconds(file ? ticks : 0)) / ::sysconf(_SC_CLK_TCK);
 }
 
-/// Before the test begins.
+/// At the start of the test program.
 inline const std::chrono::nanoseconds stolen_before = stolen_time();
 
-/// Whether the first thread of this process, in the daemon the one that decides, may have been late without a fault of
-/// its own: it has waited for a processor, or the machine for one, for as long as makes a decision late. The kernel
-/// tells the sum of a whole life and not the longest wait, so that this says no only where it cannot be so; true where
-/// it tells nothing, and of what a sanitizer slows down.
+/// Whether the first thread of this process, in the daemon the control loop, may have been late without a fault of its
+/// own: it has waited for a processor, or the machine for one, for at least `tick_late`. The kernel reports the sum
+/// over the whole process, not the longest wait, so false is returned only where a delay is excluded; true where the
+/// kernel reports nothing, and with a sanitizer, which slows the process down.
 [[nodiscard]] inline bool may_have_been_kept_waiting(pid_t process) {
   std::int64_t ran_ns = 0;
   std::int64_t waited_ns = 0;
@@ -41,15 +41,16 @@ inline const std::chrono::nanoseconds stolen_before = stolen_time();
   return std::chrono::nanoseconds(waited_ns) + (stolen_time() - stolen_before) >= tick_late;
 }
 
-/// Whether a fault of this name is there with the machine alone as its cause: decisions came late or not at all for
-/// some time or frames were not read in time, if the machine `may_be_busy`; or a sanitizer keeps memory.
+/// Whether the machine alone may be the cause of a fault of this name: decisions came late or stopped for some time, or
+/// frames were not read in time, if the machine `may_be_busy`; or a sanitizer keeps memory.
 [[nodiscard]] inline bool may_be_of_the_machine(const std::string& fault_name, bool may_be_busy) {
   const bool is_of_busy =
       fault_name == "tick_overrun" || fault_name == "control_loop_gap" || fault_name == "frames_lost";
   return (is_of_busy && may_be_busy) || (is_sanitized && fault_name == "memory_low");
 }
 
-/// `faults`, an array of names or of objects with a "name", as the status socket tells them, without those.
+/// `faults`, an array of names or of objects with a "name" as the status socket sends them, without those of the
+/// machine.
 [[nodiscard]] inline nlohmann::json of_the_pack(const nlohmann::json& faults, bool may_be_busy) {
   nlohmann::json kept = nlohmann::json::array();
   for (const nlohmann::json& fault : faults) {
@@ -59,14 +60,14 @@ inline const std::chrono::nanoseconds stolen_before = stolen_time();
   return kept;
 }
 
-/// What the daemon of this bench tells as present and the machine alone may not be the cause of.
+/// The present faults that the daemon of this bench reports, without those that the machine alone may have caused.
 template <class Made>
 [[nodiscard]] nlohmann::json faults_of_the_pack(const Made& bench) {
   const nlohmann::json present = bench.ask_json("status").at("faults_present");
   return of_the_pack(present, may_have_been_kept_waiting(bench.daemon->pid()));
 }
 
-/// Whether what the machine alone may cause passes: at some moment none of it is left that a clear does not take.
+/// Whether faults of the machine clear: at some point none is left, after a clear if one is needed.
 template <class Made>
 [[nodiscard]] bool faults_of_the_machine_pass(Made& bench) {
   const auto has_none = [&bench] {

@@ -12,7 +12,7 @@ constexpr int bus_off_above = 255;
 constexpr int warning_from = 96;
 constexpr int receive_counter_max = 255;
 constexpr int failed_transmission = 8;
-constexpr int first_to_see_it = 9;  // 1, and 8 for the flags of the others behind one's own
+constexpr int first_to_see_it = 9;  // 1, and 8 for the flags of the others after its own
 
 constexpr std::int64_t flag_bits = 6;
 constexpr std::int64_t flag_bits_max = 12;
@@ -21,14 +21,14 @@ constexpr std::int64_t suspend_bits = 8;
 constexpr std::int64_t recovery_bits = 11;
 constexpr int recovery_sequences = 128;
 
-/// What arbitration compares: of two frames whose first 11 bits are equal the standard one wins.
+/// Order of arbitration: of two frames with equal first 11 bits the standard one wins.
 std::uint64_t rank(const CanFrame& frame) {
   const std::uint64_t first_11_bits = frame.is_extended ? frame.id >> 18 : frame.id;
   const std::uint64_t rest = frame.is_extended ? (1U << 18) | (frame.id & 0x3FFFF) : 0;
   return first_11_bits << 20 | rest << 1 | (frame.is_remote ? 1U : 0U);
 }
 
-/// How many bits before `end` are equal to the last of them, which is `level`.
+/// Number of bits before `end` that equal the last of them, which is `level`.
 std::int64_t run_before(const CanBits& bits, std::size_t end, bool level) {
   std::int64_t run = 0;
   while (end > 0 && bits[end - 1] == level) ++run, --end;
@@ -85,7 +85,7 @@ void CanBus::drop_queue(Station station) {
   at(station).keeps_frame = false;
 }
 
-// --- arbitration, and how what won will end -------------------------------------------------------------------------
+// --- arbitration, and the outcome of the winner's frame --------------------------------------------------------------
 
 void CanBus::start_if_idle(TimePoint now) {
   if (carried_) return;
@@ -95,7 +95,7 @@ void CanBus::start_if_idle(TimePoint now) {
   settle();
 }
 
-/// Those with the strongest identifier of all that may start now. Who tries only once has lost its try.
+/// Selects the senders with the strongest identifier that may start now. A one-shot station that loses drops its frame.
 void CanBus::take_winners(TimePoint now) {
   std::vector<Station> ready;
   for (const Station station : every_station) {
@@ -135,8 +135,8 @@ void CanBus::settle() {
   is_acknowledged ? end_well() : end_without_acknowledgement();
 }
 
-/// Senders of one identifier, bit by bit. Who sends recessive and sees dominant has lost: an active one takes the
-/// others with it, a passive one goes alone.
+/// Compares the bits of senders of one identifier. A station that sends recessive and sees dominant has failed: an
+/// error-active one destroys the frame of the others too, a passive one stops alone.
 bool CanBus::is_lost_in_collision() {
   auto& senders = carried_->senders;
   if (senders.size() == 1) return false;
@@ -190,8 +190,8 @@ bool CanBus::is_lost_by_fault(const WireFault& fault) {
   return true;
 }
 
-/// Six equal bits in a row break the stuffing rule for everybody else, whatever the level: dominant ones of an active
-/// flag, or the recessive bus of a sender that has fallen silent.
+/// Six equal bits in a row break the stuffing rule for all other stations, whatever the level: dominant bits of an
+/// active flag, or the recessive bus of a sender that has stopped.
 void CanBus::lose_at(std::size_t bit, bool has_active_flag) {
   const CanBits sent = stuffed_bits(carried_->speaker().frame);
   const std::size_t end = std::min(bit + 1, sent.size());
@@ -205,7 +205,7 @@ void CanBus::lose_at(std::size_t bit, bool has_active_flag) {
   carried_->free_at = carried_->told_at + bits(flags + delimiter_bits + can_bits_between_frames);
 }
 
-/// Seen in the slot behind the CRC and its delimiter.
+/// The sender detects it in the slot after the CRC and its delimiter.
 void CanBus::end_without_acknowledgement() {
   const CanFrame& frame = carried_->speaker().frame;
   const bool is_longest = config_.stuffing == Stuffing::longest;
@@ -224,7 +224,7 @@ void CanBus::end_well() {
   carried_->told_at = carried_->free_at - bits(is_longest ? 0 : can_bits_between_frames);
 }
 
-// --- what that means for everybody ----------------------------------------------------------------------------------
+// --- effects on all stations -----------------------------------------------------------------------------------------
 
 std::vector<BusEvent> CanBus::take_due(TimePoint now) {
   std::vector<BusEvent> events = std::exchange(dropped_, {});
@@ -314,7 +314,7 @@ void CanBus::go_off(Station station, TimePoint now, std::vector<BusEvent>& event
   if (member.restart_after) member.restarts_at = now + *member.restart_after;
 }
 
-/// 11 recessive bits end every frame, good or not.
+/// Every frame ends with 11 recessive bits, a lost one too.
 void CanBus::free_bus() {
   busy_ += carried_->free_at - carried_->started_at;
   idle_since_ = carried_->free_at;
@@ -337,7 +337,7 @@ void CanBus::begin_recovery(Station station, TimePoint now) {
   at(station).recessive_left = recovery_sequences;
 }
 
-/// What has passed of an idle bus; the next count begins now.
+/// Counts the sequences in the idle time so far; the next count starts now.
 void CanBus::count_recessive(TimePoint now) {
   const auto sequences = static_cast<int>((now - idle_since_) / bits(recovery_bits));
   for (Member& member : members_) {

@@ -1,4 +1,4 @@
-// Catch2, version 2 (Debian 12) or 3 (newer): the only place that knows which.
+// Catch2, version 2 (Debian 12) or 3 (newer): the only file that depends on the version.
 #pragma once
 
 #if __has_include(<catch2/catch_all.hpp>)

@@ -1,4 +1,4 @@
-// Catch2's main; leaves out what this machine cannot run (needs.hpp), and says so.
+// Catch2's main; skips the cases that this machine cannot run (needs.hpp) and prints their number.
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
 #else
@@ -19,7 +19,7 @@ bool only_lists(const Catch::ConfigData& chosen) {
 #endif
 }
 
-/// How many cases the session's patterns choose.
+/// Number of cases that the session's patterns select.
 std::size_t count_chosen(Catch::Session& session) {
   auto& config = session.config();
   return Catch::filterTests(Catch::getAllTestCasesSorted(config), config.testSpec(), config).size();

@@ -1,5 +1,5 @@
-// Recordings of a cell tester as CSV: of a cell of 1.2 Ah that is nothing but a slope of 0.9 V and 50 mOhm, in the
-// units and with the columns that a test chooses.
+// Recordings of a cell tester as CSV: of a cell of 1.2 Ah that is only a slope of 0.9 V and 50 mOhm, in the units and
+// with the columns that a test selects.
 #pragma once
 
 #include <array>
@@ -9,23 +9,23 @@
 
 namespace bmu::test {
 
-/// An hour from 95 %, a row a second, the current in steps of 30 s.
+/// One hour from 95 %, one row per second, the current in steps of 30 s.
 struct Bench {
   double volts_in = 1.0;      // 1000: millivolts
   double current_sign = 1.0;  // -1: positive into the cell
   double current_in = 1.0;    // 1000: milliamperes
   double seconds_in = 1.0;    // 1000: milliseconds; 1/60.0: minutes
   double percent_in = 1.0;    // 0.01: a fraction
-  double temperature = 25.0;  // in whatever unit
+  double temperature = 25.0;  // in any unit
   bool has_temperature = true;
   bool has_soc = true;
   bool has_gap = false;
   bool has_charges = false;             // also currents into the cell
-  bool has_current_sign = true;         // false: its size alone
+  bool has_current_sign = true;         // false: magnitude only
   bool restarts_time = false;           // at each step of the current
   bool has_depth_of_discharge = false;  // in place of the state of charge
   bool has_still_soc = false;
-  int rows_without_voltage = 0;  // the first so many
+  int rows_without_voltage = 0;  // number of rows at the start
 
   [[nodiscard]] double current_A(int second) const {
     constexpr std::array steps_A{1.5, 0.3, 1.5, 0.3};
@@ -66,7 +66,7 @@ struct Bench {
   }
 };
 
-/// A discharge from full and a charge of 20 hours each, a row a minute, without ref_soc_pct.
+/// A discharge from full and a charge of 20 hours each, one row per minute, without ref_soc_pct.
 [[nodiscard]] inline std::string slow_csv(double current_sign) {
   std::string text = "time_s,current_A,voltage_V,temp_C\n";
   double soc = 1.0;

@@ -1,4 +1,5 @@
-// The demonstration pack with any of its keys changed, and what reading it says: for tests of the pack file.
+// The demonstration pack with any of its keys changed, and the problems found when it is read: for tests of the pack
+// file.
 #pragma once
 
 #include <filesystem>
@@ -29,7 +30,7 @@ inline std::string bytes_of(const std::filesystem::path& file) {
   return bytes.str();
 }
 
-/// The demonstration pack as a tree, its cell in place, so that a test can change any key of either.
+/// The demonstration pack as a tree with its cell in place, so that a test can change any key of either.
 inline Json valid_pack() {
   Json pack = Json::parse(bytes_of(packs_directory / "demo-48s.json"), nullptr, true, true);
   pack["cell"] = Json::parse(bytes_of(cells_directory / "nmc-30ah-10p.json"), nullptr, true, true);
@@ -71,7 +72,7 @@ inline void accepts(const std::vector<Change>& changes) {
   CHECK(problems.empty());
 }
 
-/// Exactly one problem, at this path, whose text holds these words.
+/// Exactly one problem, at this path, with these words in its text.
 inline void refuses_text(const std::string& text, const std::string& path, const std::string& words) {
   const ConfigProblems problems = problems_of(text);
   INFO(all_text(problems));
@@ -84,7 +85,7 @@ inline void refuses(const std::vector<Change>& changes, const std::string& path,
   refuses_text(changed(changes).dump(), path, words);
 }
 
-/// Lines of this machine for every kind of thing a line can be.
+/// GPIO lines of this machine for every use that a line can have.
 inline Json gpio_section() {
   return Json::parse(R"({
     "chip": "/dev/gpiochip0",

@@ -1,4 +1,4 @@
-// What a pack complains of, for tests in which nothing may be wrong.
+// Faults and warnings of a pack, for tests in which there must be none.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace bmu::test {
 
-/// Faults that are present, and all warnings but those of a peak: that 50 A flow, and that most of it is used up.
+/// Faults that are present, and all warnings but those of a peak: that 50 A flow, and that most of the peak is used up.
 inline std::string complaints(const Core& core) {
   std::string names;
   for (const FaultRow& row : fault_table()) {

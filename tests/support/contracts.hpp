@@ -1,4 +1,4 @@
-// Proofs that every signal of every message row inherits: a new row is tested by being in its table.
+// Contracts that every signal of every message row inherits: a new row is tested by being in its table.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace bmu::test {
 
-/// Raw numbers worth trying: the ends of the range, zero, their neighbours, and some from in between.
+/// Raw numbers to test: the ends of the range, zero, their neighbours, and some from in between.
 inline std::vector<std::int64_t> interesting_raws(const SignalSpec& signal, Random& random) {
   const RawRange range = raw_range(signal);
   std::vector<std::int64_t> raws{range.min, range.max};
@@ -22,7 +22,7 @@ inline std::vector<std::int64_t> interesting_raws(const SignalSpec& signal, Rand
   return raws;
 }
 
-/// What a raw number means, from the row's own scale and offset.
+/// Value of a raw number, from the row's own scale and offset.
 inline std::int64_t carried(const SignalSpec& signal, std::int64_t raw) {
   return raw * signal.scale + signal.offset;
 }
@@ -40,7 +40,7 @@ inline std::int64_t raw_sent(const SignalSpec& signal, const SignalValue& value)
 
 inline void contract_round_trip(const SignalSpec& signal, Random& random) {
   for (const std::int64_t raw : interesting_raws(signal, random)) {
-    if (find_special(signal, raw) != nullptr) continue;  // a code between numbers
+    if (find_special(signal, raw) != nullptr) continue;  // a special code within the range of numbers
     const SignalValue value = known(carried(signal, raw));
     REQUIRE(raw_sent(signal, value) == raw);
     REQUIRE(through_the_wire(signal, value) == value);
@@ -54,7 +54,8 @@ inline void contract_special_codes(const SignalSpec& signal) {
   }
 }
 
-/// Whatever the reason, "no number" never leaves as a number, least of all as 0, unless the row says that 0 is none.
+/// Whatever the reason, "no number" is never sent as a number, least of all as 0, unless 0 is a special code of the
+/// row.
 inline void contract_unknown_is_never_a_number(const SignalSpec& signal) {
   if (signal.special.empty()) return;
   for (const Validity why : {Validity::unknown, Validity::not_fitted, Validity::open_circuit, Validity::short_circuit,
@@ -78,7 +79,7 @@ inline void contract_rounding(const SignalSpec& signal, Random& random) {
   }
 }
 
-/// Beyond the field's range the nearest number goes out, and it is a number: no special code.
+/// Beyond the field's range the nearest number is sent, and it is a number: no special code.
 inline void contract_saturation(const SignalSpec& signal) {
   const RawRange range = raw_range(signal);
   const std::int64_t far = std::int64_t{1} << 61;
@@ -113,7 +114,7 @@ inline void contract_other_bits_stay(const SignalSpec& signal, Random& random) {
   }
 }
 
-/// Every pattern of bits has a meaning: a number the range allows, or a reason.
+/// Every bit pattern has a meaning: a number that the range allows, or a reason.
 inline void contract_decoding_is_total(const SignalSpec& signal, Random& random) {
   const RawRange range = raw_range(signal);
   for (int count = 0; count < 1'000; ++count) {
@@ -129,7 +130,7 @@ inline void contract_decoding_is_total(const SignalSpec& signal, Random& random)
 inline void check_signal_contracts(const SignalSpec& signal, Random& random) {
   contract_special_codes(signal);
   contract_unknown_is_never_a_number(signal);
-  if (signal.bit_count == 64) return;  // letters, bytes: every pattern is itself
+  if (signal.bit_count == 64) return;  // letters, bytes: every pattern stands for itself
   contract_other_bits_stay(signal, random);
   contract_round_trip(signal, random);
   contract_rounding(signal, random);

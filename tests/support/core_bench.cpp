@@ -18,7 +18,7 @@ void fill_limits(CoreConfig& config) {
   config.limits.cell_undertemperature = {.warn = -50, .open = -200, .hysteresis = 20};
   config.limits.discharge_overcurrent = {.warn = 90'000, .open = 100'000, .hysteresis = 5'000, .confirm = 100ms};
   config.limits.charge_overcurrent = {.warn = 25'000, .open = 30'000, .hysteresis = 2'000, .confirm = 100ms};
-  // Values jump here; who wants to be told asks for it.
+  // Values jump in this bench; a test of these faults sets the limits itself.
   config.limits.temperature_rise = never_above;
   config.limits.temperature_spread = never_above;
   config.limits.pack_voltage_mismatch = {.warn = 500, .open = 1'000, .hysteresis = 200, .confirm = 300ms};

@@ -1,4 +1,4 @@
-// The real daemon, the real emulator and somebody who listens, as processes on an embedded bus of their own.
+// The real daemon, the real emulator and a listener, as processes on an embedded bus of their own.
 #pragma once
 
 #include <chrono>
@@ -32,7 +32,7 @@ using std::chrono::steady_clock;
 
 inline const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
-/// Somebody on the bus who hears the contactor commands and nothing else.
+/// Node on the bus that receives the contactor commands and nothing else.
 class Listener {
  public:
   explicit Listener(const std::string& bus) {
@@ -41,7 +41,7 @@ class Listener {
     port_ = std::move(*port);
   }
 
-  /// The next command, at most so much later; none if none came.
+  /// Returns the next command; none if none came within `at_most`.
   [[nodiscard]] std::optional<ContactorOutputs> next(milliseconds at_most) {
     const auto deadline = steady_clock::now() + at_most;
     while (true) {
@@ -52,7 +52,7 @@ class Listener {
       if (left.count() <= 0 || ::poll(&wait, 1, static_cast<int>(left.count())) <= 0) return std::nullopt;
     }
   }
-  /// True once a command as wanted is heard.
+  /// Returns true as soon as a command that fulfils `is_wanted` is received.
   template <class IsWanted>
   [[nodiscard]] bool hears(IsWanted is_wanted, milliseconds at_most) {
     const auto deadline = steady_clock::now() + at_most;
@@ -62,14 +62,14 @@ class Listener {
     }
     return false;
   }
-  /// So many commands come, one every 50 ms where the machine has the time.
+  /// Whether `count` commands come, one every 50 ms where the machine has the time.
   [[nodiscard]] bool hears_commands(int count) {
     for (int heard = 0; heard < count; ++heard) {
       if (!next(hang_max)) return false;
     }
     return true;
   }
-  /// How many commands are heard in a time: for one in which none may come, or whatever comes.
+  /// Number of commands received in a time: for one in which none may come, or any number.
   [[nodiscard]] int count_within(milliseconds time) {
     const auto deadline = steady_clock::now() + time;
     int count = 0;
@@ -78,7 +78,7 @@ class Listener {
     }
     return count;
   }
-  /// The last command of all, after everything that was sent has been read.
+  /// The last command of all, after every frame sent so far has been read.
   [[nodiscard]] ContactorOutputs last() {
     while (next(milliseconds(0))) {
     }
@@ -97,7 +97,7 @@ inline bool is_open(const ContactorOutputs& outputs) {
   return !outputs.any_contactor();
 }
 
-/// A bus of its own, a folder, and the programs on it.
+/// A bus of its own, a folder, and the programs on the bus.
 struct Bench {
   TemporaryFolder folder;
   std::string bus = "unix:test-daemon-" + std::to_string(::getpid()) + "-" + std::to_string(next_number++);
@@ -107,7 +107,7 @@ struct Bench {
   std::vector<std::string> more_options{};           // of the daemon
   std::vector<std::string> more_emulator_options{};  // and of mmusim
   Listener listener{bus};
-  OwnedFd events;  // open at both ends: an event waits in it for the emulator, whichever is there first
+  OwnedFd events;  // open at both ends: an event waits in it for the emulator, in whatever order the two start
   std::unique_ptr<Process> emulator;
   std::unique_ptr<Process> daemon;
 
@@ -135,13 +135,13 @@ struct Bench {
         words, ProcessOptions{.out_file = folder / "mmusim.out", .err_file = folder / "mmusim.log"});
     prefer(*emulator);
   }
-  /// An event of mmusim's scripts, without its time: it takes effect once the emulator reads it. For whatever has to
-  /// follow something that the daemon does, since a time in the scenario may pass before the daemon has even started.
+  /// Sends an event of mmusim's scripts, without its time: it takes effect once the emulator reads it. For events that
+  /// must follow an action of the daemon, since a time in the scenario may pass before the daemon has even started.
   void send_event(const std::string& event) const {
     const std::string line = event + "\n";
     REQUIRE(::write(events.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size()));
   }
-  /// What asks for a closed pack: two events, and the input that they change.
+  /// A request for a closed pack: two events, and the input that they change.
   struct Request {
     const char* off;
     const char* on;
@@ -150,7 +150,7 @@ struct Bench {
   static constexpr Request vehicle_key{"vehicle off", "vehicle on", "vehicle_on"};
   static constexpr Request charger_plug{"charger disconnected", "charger connected", "charger_connected"};
 
-  /// Off and on: the pack closes for that edge alone, so the daemon must have received off before.
+  /// Off and on: the pack closes only on that edge, so the daemon must have received off before.
   void turn_on(const Request& request) {
     send_event(request.off);
     const auto is_off = [&] {
@@ -163,14 +163,14 @@ struct Bench {
     send_event(request.on);
   }
   void turn_key_on() { turn_on(vehicle_key); }
-  /// Turns the key until contactor commands for a closed pack are received. A daemon that was starved forgets the edge
-  /// and logs that; faults that come of a starved daemon or emulator, as that modules were silent, stay until they are
-  /// cleared. Then, and only then, the key is turned again, after a clear.
+  /// Turns the key until contactor commands for a closed pack are received. A starved daemon loses the edge and logs
+  /// that; faults caused by a starved daemon or emulator, such as silent modules, stay until they are cleared. Then,
+  /// and only then, the key is turned again, after a clear.
   [[nodiscard]] bool closes(const Request& request = vehicle_key) {
     const auto give_up_at = steady_clock::now() + hang_max;
     while (steady_clock::now() < give_up_at) {
       send_event(request.off);
-      // A request is refused for good while a fault is present, as after starving.
+      // A request is refused permanently while a fault is present, as after starving.
       const auto is_ready = [&] {
         if (is_blocked_by_starving()) static_cast<void>(ask({"clear"}));
         const nlohmann::json status = ask_json("status");
@@ -181,7 +181,7 @@ struct Bench {
       turn_on(request);
       for (int heard = 1; steady_clock::now() < give_up_at && starved_count() == starved_before; ++heard) {
         if (const auto command = listener.next(milliseconds(500)); command && is_closed(*command)) return true;
-        constexpr int look_every = 20;  // a second of commands: looking takes a program
+        constexpr int look_every = 20;  // a second of commands: the check starts a program
         if (heard % look_every == 0 && is_blocked_by_starving()) break;
       }
     }
@@ -197,8 +197,8 @@ struct Bench {
     for (auto at = text.find(line); at != std::string::npos; at = text.find(line, at + 1)) ++count;
     return count;
   }
-  /// Ends the daemon in order. Its end waits for what is written for a fraction of a second, and says so where that did
-  /// not do: then `begin` begins another life, which ends in its place.
+  /// Stops the daemon with SIGTERM. At its exit it waits a fraction of a second for pending writes, and logs if that
+  /// was too short: then `begin` starts another session, which is stopped in its place.
   template <class Begin>
   [[nodiscard]] bool ends_whole(Begin begin) {
     constexpr int ends_max = 5;
@@ -212,22 +212,22 @@ struct Bench {
       begin();
     }
   }
-  /// Whether faults let nothing close, and the machine may be their cause.
+  /// Whether faults prevent closing, and the machine may be their cause.
   [[nodiscard]] bool is_blocked_by_starving() const {
     const nlohmann::json status = ask_json("status");
     return status.is_object() && status.at("permission").at("may_close") == false &&
            !status.at("faults_present").empty() && may_have_been_held_up();
   }
-  /// Whether the machine may have kept the daemon or the emulator waiting, as the kernel tells while both run.
+  /// Whether the machine may have kept the daemon or the emulator waiting, by the kernel's counts while both run.
   [[nodiscard]] bool may_have_been_held_up() const {
     const auto may_have_been = [](const std::unique_ptr<Process>& process) {
       return process && process->pid() > 0 && may_have_been_kept_waiting(process->pid());
     };
     return may_have_been(daemon) || may_have_been(emulator);
   }
-  /// Whether the daemon or the emulator says that the machine kept it waiting for too long. Both end here: the emulator
-  /// says it at its end, and behind the daemon's the log is whole. `made_by_test`: how often the test itself has
-  /// starved the daemon, which says nothing of the machine.
+  /// Whether the daemon or the emulator reports that the machine kept it waiting for too long. Both are stopped here:
+  /// the emulator reports it at its end, and the log is complete after the daemon's. `made_by_test`: how often the test
+  /// itself has starved the daemon, which does not count against the machine.
   [[nodiscard]] bool was_held_up(int made_by_test = 0) const {
     for (Process* const process : {daemon.get(), emulator.get()}) {
       if (process == nullptr || process->pid() <= 0) continue;
@@ -250,7 +250,7 @@ struct Bench {
     } while (steady_clock::now() < give_up_at);
     return false;
   }
-  /// The same for what only a closed pack does: nothing comes of it once the contactors are open.
+  /// The same for an effect that needs a closed pack: returns false once the contactors are open.
   template <class IsSo>
   [[nodiscard]] bool becomes_unless_open(IsSo is_so) {
     bool is_it = false;
@@ -262,8 +262,8 @@ struct Bench {
     daemon = std::make_unique<Process>(daemon_command(), options);
     prefer(*daemon);
   }
-  /// A starved pack opens, as it should. Where this is permitted the scheduler prefers both programs to whatever else
-  /// the machine does, as it would prefer them on board.
+  /// A starved pack opens, as required. Where this is permitted the scheduler prefers both programs to all other work
+  /// of the machine, as it would on board.
   static void prefer(const Process& process) {
     constexpr int niceness = -15;
     static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(process.pid()), niceness));
@@ -286,9 +286,9 @@ struct Bench {
   static inline int next_number = 0;
 };
 
-/// The bench in which `drive`, which closes the pack and returns whether it then did as wanted, has returned true; or
-/// the last. A daemon that gets no processor for some 130 ms opens for that, and one whose emulator gets none opens for
-/// silence: both as they should, but nothing of what the test wants to see. Then, and for no other reason, another
+/// Returns the bench for which `drive`, which closes the pack and returns whether it then behaved as required, has
+/// returned true; or the last. A daemon without a processor for some 130 ms opens for that, and one with such an
+/// emulator opens for silence: both correct, but not the subject of the test. Then, and for no other reason, another
 /// bench is driven, a few times at most.
 template <class Made = Bench, class Drive>
 [[nodiscard]] std::unique_ptr<Made> driven(Drive drive) {

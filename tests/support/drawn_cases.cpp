@@ -14,13 +14,13 @@
 namespace bmu::test {
 namespace {
 
-/// Of a case that failed, for RC_PARAMS.
+/// Repeats a failed case, as value of RC_PARAMS.
 std::string repeat_of(const std::string& name, const rc::detail::TestResult& result) {
   if (!result.is<rc::detail::FailureResult>()) return "";
   rc::detail::Configuration repeat;
   repeat.reproduce[name] = result.get<rc::detail::FailureResult>().reproduce;
   const std::string text = rc::detail::configToMinimalString(repeat);
-  return text.substr(0, text.find(' '));  // a seed, which a case that is repeated does not use
+  return text.substr(0, text.find(' '));  // without the seed, which a repeated case does not use
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Loaded before the C library into a daemon under test: the word in the file named by BMUD_TEST_FAILING_CALLS chooses
-// which call of the control loop misbehaves (FailingCall), or which of its requests for memory gets none. Only the main
-// thread's calls, since only the control loop is meant.
+// Loaded before the C library into a daemon under test: the number in the file named by BMUD_TEST_FAILING_CALLS selects
+// the call of the control loop that misbehaves (FailingCall), or its request for memory that fails. Only calls of the
+// main thread are affected, since only the control loop is under test.
 #include "tests/support/failing_calls.hpp"
 
 #include <cerrno>
@@ -19,7 +19,7 @@ namespace {
 
 using bmu::test::FailingCall;
 
-// Of those who ask for memory before it has been found, none is the control loop.
+// Requests for memory before it has been found are never those of the control loop.
 volatile std::int64_t* chosen = nullptr;
 
 [[gnu::constructor]] void find_chosen() {
@@ -34,7 +34,7 @@ bool misbehaves(FailingCall call) {
   return chosen != nullptr && *chosen == static_cast<std::int64_t>(call) && is_main_thread();
 }
 
-/// Asked once by each request for memory.
+/// Called once by each request for memory.
 bool lacks_memory() {
   using bmu::test::memory_request;
   using bmu::test::memory_requests_from;
@@ -62,7 +62,7 @@ int fail() {
   return -1;
 }
 
-/// Holds the main thread alone, until the test chooses another word.
+/// Holds only the main thread, until the test selects another number.
 void hold_if_chosen() {
   if (misbehaves(FailingCall::wait_hangs)) *chosen = static_cast<std::int64_t>(FailingCall::wait_is_held);
   constexpr timespec pause{.tv_sec = 0, .tv_nsec = 1'000'000};
@@ -71,7 +71,7 @@ void hold_if_chosen() {
 
 }  // namespace
 
-// The C library's own, by the names under which it has them beside those that are replaced here.
+// The C library's own functions, by the names under which it has them beside those replaced here.
 extern "C" void* __libc_malloc(std::size_t size);                     // NOLINT(bugprone-reserved-identifier)
 extern "C" void* __libc_calloc(std::size_t count, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
 extern "C" void* __libc_realloc(void* before, std::size_t size);      // NOLINT(bugprone-reserved-identifier)

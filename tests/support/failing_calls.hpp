@@ -1,4 +1,5 @@
-// Which call of the control loop misbehaves in a daemon under test: what a test sets, and failing_calls.cpp reads.
+// Selection of the control loop's call that misbehaves in a daemon under test: set by a test, read by
+// failing_calls.cpp.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +9,17 @@ namespace bmu::test {
 enum class FailingCall : std::int64_t {
   none,
   wait,                  // epoll_wait fails
-  wait_returns_at_once,  // epoll_wait returns without an event, again and again
+  wait_returns_at_once,  // epoll_wait always returns at once, without an event
   timer,                 // timerfd_settime fails
   wait_hangs,            // the next epoll_wait does not return; the library then chooses `wait_is_held`
-  wait_is_held,          // it returns once another word is chosen
+  wait_is_held,          // it returns once another number is selected
 };
 
-/// The n-th request for memory from now on, counted from 1, gets none; then the library chooses `none` again.
+/// The n-th request for memory from now on, counted from 1, fails; then the library selects `none` again.
 constexpr std::int64_t memory_request(std::int64_t n) {
   return 1'000'000 + n;
 }
-/// Neither the n-th request for memory from now on nor any after it gets one.
+/// The n-th request for memory from now on and all after it fail.
 constexpr std::int64_t memory_requests_from(std::int64_t n) {
   return 2'000'000 + n;
 }

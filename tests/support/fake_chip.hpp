@@ -1,5 +1,5 @@
-// A GPIO chip that is played: for tests on machines without one, with calls that fail, lines that are busy and chips
-// that go.
+// An emulated GPIO chip: for tests on machines without one, with calls that fail, lines that are busy and chips that
+// disappear.
 #pragma once
 
 #include <algorithm>
@@ -38,15 +38,15 @@ class FakeChip final : public GpioSystem {
     std::array<std::uint32_t, GPIO_V2_LINES_MAX> edges_seen{};  // of each line
   };
 
-  // What happens to the chip.
+  // State of the chip.
 
   static constexpr std::uint32_t line_count = 32;
   bool is_there = true;
   bool debounces = true;
   bool interrupts = true;
   std::array<Wire, line_count> wires{};
-  std::uint64_t monotonic_ns = 1;  // what its edges are stamped with
-  int edges_to_lose = 0;           // the next so many find no room in a queue
+  std::uint64_t monotonic_ns = 1;  // timestamp of its edges
+  int edges_to_lose = 0;           // so many of the next edges find no room in a queue
 
   void set_wire(std::uint32_t line, bool is_high) {
     wires.at(line).is_high = is_high;
@@ -57,7 +57,7 @@ class FakeChip final : public GpioSystem {
     }
   }
 
-  // What goes wrong in the calls.
+  // Failures of the calls.
 
   /// The nth call from now on (0 is the next) fails with this error instead of doing anything.
   void fail_call(int n, int error) {
@@ -67,7 +67,7 @@ class FakeChip final : public GpioSystem {
   [[nodiscard]] bool is_failure_pending() const { return calls_until_failure_ >= 0; }
   int set_error = 0;  // of every set_values
 
-  // What can be seen.
+  // Observations for tests.
 
   int set_calls = 0;
   std::vector<std::uint32_t> driven_lines;  // one after the other
@@ -132,7 +132,7 @@ class FakeChip final : public GpioSystem {
     const Request& request = requests_.at(lines);
     if (!is_there) return -ENODEV;
     if (set_error != 0) return -set_error;
-    // The kernel goes by the lines' numbers, whatever their order in the request.
+    // The kernel sets lines in the order of their numbers, whatever their order in the request.
     for (std::uint32_t line = 0; line < line_count; ++line) {
       for (std::uint32_t i = 0; i < request.asked.num_lines; ++i) {
         const std::uint64_t bit = std::uint64_t{1} << i;
@@ -158,7 +158,7 @@ class FakeChip final : public GpioSystem {
     }
     return static_cast<int>(count);
   }
-  /// Levels stay: that is what some boards do.
+  /// Levels stay, as on some boards.
   void close_fd(int fd) override {
     if (const auto found = requests_.find(fd); found != requests_.end()) {
       const gpio_v2_line_request& request = found->second.asked;
@@ -224,7 +224,7 @@ class FakeChip final : public GpioSystem {
       --edges_to_lose;
       return;
     }
-    // Where there is no room the oldest goes, as in the kernel.
+    // If the queue is full the oldest edge is dropped, as in the kernel.
     const std::size_t kept = request.asked.event_buffer_size;
     if (kept > 0 && request.edges.size() == kept) request.edges.pop_front();
     request.edges.push_back(edge);

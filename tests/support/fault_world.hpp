@@ -1,5 +1,4 @@
-// What the rows of the fault table look at, in the hands of a test: a small pack in which all is well, until a test
-// changes one thing.
+// Inputs of the rows of the fault table, set by a test: a small healthy pack in which a test changes one thing.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@ namespace bmu::test {
 
 inline constexpr TimePoint start{100s};
 
-/// Two modules of 4 cells and 2 sensors, a sensor and a unit: all have just said that all is well.
+/// Two modules of 4 cells and 2 sensors, a sensor and a PDU: all have just reported that they are healthy.
 class FaultWorld {
  public:
   explicit FaultWorld(const CoreConfig& given = small_pack()) : config(given) {
@@ -63,7 +62,7 @@ class FaultWorld {
   }
   [[nodiscard]] ModuleTable& modules() { return modules_; }
 
-  /// Everything a module has to say, at `now`.
+  /// All messages of a module, at `now`.
   void answer(std::uint8_t node) {
     say_status(node, [](CanFrame&) {});
     say_cells(node, 4);
@@ -87,7 +86,7 @@ class FaultWorld {
   void say_temperatures(std::uint8_t node, std::size_t count, std::int64_t temperature_dC = 250) {
     tell(internal_bus::temp_1, node, count, 3, temperature_dC);
   }
-  /// TEMP_2 of a module without a fourth cell sensor: the board's, 1 to 4.
+  /// TEMP_2 of a module without a fourth cell sensor: board sensors 1 to 4.
   void say_boards(std::uint8_t node, const std::array<SignalValue, 4>& boards_dC) {
     CanFrame frame = make_frame(internal_bus::temp_2, node);
     encode_signal(internal_bus::temp_2.signals[0], not_known(Validity::not_fitted), frame.data);
@@ -96,7 +95,7 @@ class FaultWorld {
     }
     modules_.observe(internal_bus::temp_2, node, frame, now);
   }
-  /// The first temperature of a module; its second stays what it always is.
+  /// The first temperature of a module; the second stays at 25.0 degC.
   void say_first_temperature(std::uint8_t node, SignalValue temperature_dC) {
     CanFrame frame = make_frame(internal_bus::temp_1, node);
     encode_signal(internal_bus::temp_1.signals[0], temperature_dC, frame.data);
@@ -116,13 +115,13 @@ class FaultWorld {
     write<internal_bus::ident, "temperature_sensor_count">(frame, temperatures);
     modules_.observe(internal_bus::ident, node, frame, now);
   }
-  /// A new poll, a while later.
+  /// Starts a new poll cycle, `later` after the present time.
   void poll_after(Duration later) {
     now += later;
     modules_.begin_cycle(now, {});
   }
 
-  /// These voltages in uV, the first three or six cells of a module.
+  /// Voltages in uV of the first three or six cells of a module.
   void tell_cells(std::uint8_t node, const std::vector<std::int64_t>& voltages_uV) {
     const std::array rows{&internal_bus::cells_1, &internal_bus::cells_2};
     for (std::size_t block = 0; block * 3 < voltages_uV.size(); ++block) {
@@ -138,7 +137,7 @@ class FaultWorld {
   }
 
  private:
-  /// The first `count` values of a frame are this, the others are none.
+  /// Feeds a frame with `value` in its first `count` signals and "not fitted" in the others.
   void tell(const MessageSpec& message, std::uint8_t node, std::size_t count, std::size_t room, std::int64_t value) {
     CanFrame frame = make_frame(message, node);
     for (std::size_t slot = 0; slot < room; ++slot) {

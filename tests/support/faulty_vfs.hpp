@@ -1,6 +1,6 @@
-// The system's files as SQLite sees them, with a disk that can be made to fail: to be full, to refuse writes or syncs
-// from the n-th on, or to hang until it is let go. A test can look at the files between any two writes. Files are real;
-// what fails has not been written.
+// The system's files as SQLite uses them, on a disk that can be made to fail: to be full, to refuse writes or syncs
+// from the n-th on, or to hang until it is released. A test can inspect the files between any two writes. The files are
+// real; a failed write has written nothing.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@ class FaultyDisk {
  public:
   static constexpr const char* name = "faulty";
 
-  /// Registers it with SQLite, once. Each caller gets it well.
+  /// Registers it with SQLite, once. Each caller gets it without faults.
   static FaultyDisk& well() {
     static FaultyDisk disk;
     disk.heal();
@@ -29,7 +29,7 @@ class FaultyDisk {
     return disk;
   }
 
-  /// From the `write`-th write from now on (1: the next) all fail like this: SQLITE_FULL, SQLITE_IOERR_WRITE.
+  /// From the `write`-th write from now on (1: the next) all fail with this code: SQLITE_FULL, SQLITE_IOERR_WRITE.
   void fail_writes(int write, int code) {
     write_error_ = code;
     good_writes_ = write - 1;
@@ -42,7 +42,7 @@ class FaultyDisk {
     write_error_ = SQLITE_OK;
     fails_syncs_ = false;
   }
-  /// Whoever writes waits until let_go.
+  /// Every write blocks until let_go.
   void hang() {
     const std::lock_guard lock(mutex_);
     is_hanging_ = true;
@@ -52,7 +52,8 @@ class FaultyDisk {
     is_hanging_ = false;
     let_go_.notify_all();
   }
-  /// Called before each write and each sync, by whoever writes: what others see of the files at that time.
+  /// Called before each write and each sync, in the writing thread: it sees the files as other programs do at that
+  /// time.
   void before_each(std::function<void()> look) { look_ = std::move(look); }
   [[nodiscard]] int writes() const { return writes_; }
   [[nodiscard]] int syncs() const { return syncs_; }

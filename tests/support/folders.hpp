@@ -1,7 +1,7 @@
-// Where the project's files and those of its build are, as the build was configured.
+// Folders of the project's files and of its build, as the build was configured.
 //
-// Functions of one source, and no definitions for every test: an object then does not depend on the folder in which it
-// was compiled, so that a compiler cache has it for a clone elsewhere.
+// Functions of one source instead of definitions for every test: an object then does not depend on the folder in which
+// it was compiled, so that a compiler cache can use it for a clone elsewhere.
 #pragma once
 
 #include <string>

@@ -1,1 +1,1 @@
-// The source of a library that has nothing but precompiled headers; CMake wants one.
+// The source of a library of precompiled headers only; CMake requires one.

@@ -1,4 +1,4 @@
-// Histories for tests: rows whose every number says which row it is, and files full of them.
+// Histories for tests: rows with numbers that identify the row, and files full of them.
 #pragma once
 
 #include <string>
@@ -25,7 +25,7 @@ inline constexpr std::int64_t minute_ms = 60'000;
   return life;
 }
 
-/// The `minute`-th of its life, from 1, `minute` minutes after history_begin_ms.
+/// Row of the `minute`-th minute of its session, from 1: `minute` minutes after history_begin_ms.
 [[nodiscard]] inline HistoryRow history_row(std::int64_t minute, const HistoryLife& life) {
   HistoryRow row;
   row.unix_time_ms = history_begin_ms + minute * minute_ms;

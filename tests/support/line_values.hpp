@@ -1,4 +1,4 @@
-// A line of the serial console's log or service mode, taken apart: "I:21.350A C:3.9848,3.9851".
+// Parser of a line of the serial console's log or service mode: "I:21.350A C:3.9848,3.9851".
 #pragma once
 
 #include <sstream>
@@ -9,7 +9,8 @@
 
 namespace bmu::test {
 
-/// What stands behind "C:", for the key C, up to the next space, at its commas. A line without the key fails the test.
+/// The values after "C:", for the key C, up to the next space, separated by commas. A line without the key fails the
+/// test.
 [[nodiscard]] inline std::vector<std::string> values_of(const std::string& line, const std::string& key) {
   INFO(line);
   const std::size_t at = line.find(" " + key + ":");

@@ -1,5 +1,5 @@
-// A core on its bench (core_bench.hpp) whose cells live: each is a SimulatedCell that carries the pack's current and is
-// measured as the POLL arrives. For tests of what the core makes of charges, in minutes of virtual time.
+// A core on its bench (core_bench.hpp) with simulated cells: each is a SimulatedCell that carries the pack's current
+// and is measured as the POLL arrives. For tests of the core's charge estimates, in minutes of virtual time.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace bmu::test {
 
 class LivingPack {
  public:
-  /// `truth` says how each cell, by number through the pack, differs from the file's; those left out are alike.
+  /// `truth`: how each cell, by number through the pack, differs from the cell file; all others are as in the file.
   LivingPack(const CoreConfig& config, double soc, const std::vector<SimulatedCellOptions>& truth = {},
              const PersistentState& state = {})
       : dynamics_(std::make_unique<CellDynamics>(config.dynamics ? *config.dynamics : dynamics_of(config.cell))),
@@ -32,7 +32,7 @@ class LivingPack {
     measure();
   }
 
-  // What the pack carries, out of it, and what its sensor makes of that.
+  // The pack's true current, positive out of it, and the errors of its sensor.
   double current_A = 0.0;
   double sensor_gain = 0.0;
   double sensor_offset_A = 0.0;
@@ -55,7 +55,7 @@ class LivingPack {
     bench_->current_mA =
         static_cast<std::int32_t>(std::lround((flows_A * (1.0 + sensor_gain) + sensor_offset_A) * 1e3));
   }
-  /// The cells have carried what flowed since they were measured last.
+  /// Lets the cells carry the current since they were last measured.
   void measure() {
     const bool is_closed = bench_->core().sequence().phase == Phase::closed;
     const double passed_s = measured_at_ == TimePoint{} ? 1e-3 : to_s(bench_->now() - measured_at_);

@@ -1,4 +1,4 @@
-// Frames a master sends and devices that are fed by hand, for the tests of the emulated devices.
+// Frames of a master and devices that are fed by hand, for the tests of the emulated devices.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ enum PollFlag : std::uint8_t {
   return frame;
 }
 
-/// COMMAND balance: minutes of cell 1, 2, ...; the rest 7, "leave as it is".
+/// COMMAND balance: minutes of cell 1, 2, ...; 7, "leave as it is", for the others.
 [[nodiscard]] inline CanFrame balance_frame(std::uint8_t node, std::uint8_t counter,
                                             std::initializer_list<std::uint8_t> minutes) {
   CanFrame frame = make_frame(internal_bus::command, node);
@@ -67,15 +67,15 @@ struct TimedFrame {
   return temperature_dC.is_valid() ? thermistor_Ohm(curve, static_cast<double>(temperature_dC.value) / 10.0) : 0.0;
 }
 
-/// What is at the front end's inputs, thermistors as temperatures; anything that is no temperature and not open is
-/// shorted.
+/// Signals at the front end's inputs, thermistors as temperatures; a value that is neither a temperature nor open is a
+/// short circuit.
 struct BenchInputs : FrontEndInputs {
   std::array<SignalValue, mmu_cell_temperatures> cell_temperature_dC{};
   std::array<SignalValue, mmu_board_temperatures> board_temperature_dC{};
   bool front_end_crc_ok = true;
 };
 
-/// A module unit, measurements a test can set, and a clock that ticks it every millisecond.
+/// A module, measurements that a test can set, and a clock that ticks it every millisecond.
 class MmuBench {
  public:
   explicit MmuBench(const MmuConfig& config = {.node = 3, .serial_number = 1234567})
@@ -89,10 +89,10 @@ class MmuBench {
   Mmu mmu;
   ThermistorCurve curve;
   BenchInputs measured;
-  std::function<void(FrontEndTransfer&)> on_transfer;  // what happens to it on its way
+  std::function<void(FrontEndTransfer&)> on_transfer;  // alters it on its way
   TimePoint now = power_up;
 
-  /// Ticks until `duration` has passed; what was sent in it.
+  /// Ticks for `duration`; returns the frames sent in it.
   std::vector<TimedFrame> run(Duration duration) {
     std::vector<TimedFrame> sent;
     for (const TimePoint end = now + duration; now < end;) {
@@ -113,7 +113,7 @@ class MmuBench {
     if (on_transfer && transfer.contents != TransferWanted::nothing) on_transfer(transfer);
     return transfer;
   }
-  /// Past the first average and the unsolicited IDENT: a module at work.
+  /// Runs beyond the first average and the unsolicited IDENT: a module in normal operation.
   void settle() { run(800ms); }
 
   void poll(unsigned flags, std::uint8_t target = 0) { mmu.observe(poll_frame(target, flags, ++poll_counter), now); }
@@ -134,7 +134,7 @@ class MmuBench {
     return -1;
   }
   std::uint8_t next_command() { return ++command_counter; }
-  /// Runs with a POLL every 100 ms that asks for nothing: the master lives.
+  /// Runs with a POLL every 100 ms that requests nothing: a master is present.
   void run_polled(Duration duration) {
     for (const TimePoint end = now + duration; now < end;) {
       poll(0);

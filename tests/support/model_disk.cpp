@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t sector = 512;
 
-/// What a file may hold that was to become `now` and is `before` on the disk: cut off at every length, halves and
-/// sectors of zeros, sectors of what was there before.
+/// Possible contents of a file that was to become `now` and is `before` on the disk: cut off at every length, halves
+/// and sectors of zeros, sectors of the content before.
 std::set<std::string> torn(const std::string& before, const std::string& now) {
   std::set<std::string> all{before, now, std::string(now.size(), '\0')};
   for (std::size_t length = 0; length < now.size(); ++length) all.insert(now.substr(0, length));
@@ -106,7 +106,7 @@ ssize_t ModelDisk::read(int fd, void* to, std::size_t size) {
   return static_cast<ssize_t>(count);
 }
 
-/// A few bytes at a time, so that there are several calls to cut.
+/// Writes at most 300 bytes per call, so that there are several calls at which the power can fail.
 ssize_t ModelDisk::write(int fd, const void* from, std::size_t size) {
   count_call();
   const std::size_t count = std::min<std::size_t>(size, 300);
@@ -132,7 +132,7 @@ int ModelDisk::sync(int fd) {
   return 0;
 }
 
-/// Not counted: destructors call it, which must not throw, and a cut here is one at the next call.
+/// Not counted: destructors call it, which must not throw, and a cut here equals one at the next call.
 int ModelDisk::close(int fd) {
   handles_.erase(fd);
   return 0;
@@ -174,7 +174,7 @@ void ModelDisk::for_each_disk(const std::function<void(const DiskImage&)>& look)
       if ((happened >> i & 1U) != 0) apply(changes_[i], names);
     }
     if (!seen.insert(names).second) continue;
-    // One file at a time is torn: a writer has but one that is not synced.
+    // Only one file at a time is torn: a writer has at most one that is not synced.
     DiskImage image;
     for (const auto& [path, file] : names) image[path] = files_[file].now;
     look(image);

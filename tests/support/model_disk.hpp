@@ -1,9 +1,9 @@
-// A disk in memory as bad as a disk may be: until a file is synced any part of it may be missing, and until its folder
-// is synced any of the names that changed may still be the old one. The power goes at the call that was chosen; then
-// every disk that may be found afterwards can be looked at.
+// Worst-case disk in memory: until a file is synced any part of it may be missing, and until its folder is synced any
+// of the changed names may still be the old one. The power fails at a chosen call; then a test can inspect every disk
+// that may result.
 //
-// Names that change do so one by one or not at all (a rename is whole), in any order: more than journals of file
-// systems allow, so what survives here survives there.
+// Changes of names take effect one by one or not at all (a rename is atomic), in any order: more than journals of file
+// systems allow, so a writer that survives here survives there.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,13 @@ namespace bmu::test {
 /// Files by their paths.
 using DiskImage = std::map<std::string, std::string>;
 
-/// The power is gone: what thrown through a writer ends it where it stands, as the real thing does.
+/// Power failure: thrown through a writer it ends it where it stands, as a real one does.
 struct PowerIsGone {};
 
 class ModelDisk : public FileCalls {
  public:
-  /// `image`: what has been there for long. Gone at call number `cut_at`, counted from 0; never if that is negative.
+  /// `image`: content from long before. The power fails at call number `cut_at`, counted from 0; never if that is
+  /// negative.
   explicit ModelDisk(const DiskImage& image, int cut_at = -1);
 
   int open(const char* path, int flags, mode_t mode) override;
@@ -36,12 +37,12 @@ class ModelDisk : public FileCalls {
   int rename(const char* from, const char* to) override;
   int unlink(const char* path) override;
 
-  /// Calls so far that a cut can come at: those that change something.
+  /// Calls so far at which the power can fail: those that change something.
   [[nodiscard]] int calls() const { return calls_; }
-  /// Every disk that may be there now if the power goes, each once.
+  /// Calls `look` with every disk that may remain if the power fails now, each once.
   void for_each_disk(const std::function<void(const DiskImage&)>& look) const;
 
-  // For worse disks than any: those that say "synced" and did nothing.
+  // For disks worse than any real one: they report "synced" without having done it.
   bool lies_about_files = false;
   bool lies_about_folders = false;
 
@@ -51,10 +52,10 @@ class ModelDisk : public FileCalls {
     std::string synced;
     bool is_synced = true;
   };
-  /// A change of names that the folder has not been synced after.
+  /// A change of names after the last sync of the folder.
   struct Change {
     std::string from;  // empty: a new file
-    std::string to;    // empty: it was removed
+    std::string to;    // empty: removed
     std::size_t file = 0;
   };
   struct Handle {

@@ -1,4 +1,4 @@
-// Modules as the module table knows them, filled frame by frame at times that a test sets; no core around it.
+// A module table that is filled frame by frame, at times that a test sets and without a core.
 #pragma once
 
 #include <initializer_list>
@@ -18,9 +18,10 @@ class ModuleFeed {
   [[nodiscard]] TimePoint now() const { return now_; }
   void pass(Duration duration) { now_ += duration; }
 
-  /// A POLL to everybody goes out now.
+  /// Starts a poll cycle of all modules now.
   void poll() { table_.begin_cycle(now_, {}); }
-  /// The first temperature sensors of a module; the others are not fitted. TEMP_2 with the board's comes behind.
+  /// Feeds the first temperature sensors of a module, the others not fitted, in TEMP_1; then TEMP_2 with those of the
+  /// board.
   void temperatures(std::uint8_t node, std::initializer_list<SignalValue> values_dC) {
     using namespace internal_bus;
     CanFrame first = make_frame(temp_1, node);
@@ -54,7 +55,7 @@ class ModuleFeed {
     write<module, "open_wire_cells">(stack, open_wires);
     table_.observe(module, node, stack, now_);
   }
-  /// STATUS alone, with what a module may say of itself.
+  /// STATUS only, with the module's own report.
   void status(std::uint8_t node, const ModuleStatus& said) {
     using namespace internal_bus;
     CanFrame frame = make_frame(internal_bus::status, node);

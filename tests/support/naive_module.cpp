@@ -136,7 +136,7 @@ void take_poll(Module& m, const Frame& f, unsigned long now_ms) {
   m.poll_counter = f.b[6];
   m.polled_ms = now_ms;
   if (f.b[0] != 0 && f.b[0] != m.node) return;
-  m.out_count = 0;  // a new POLL ends an answer still under way
+  m.out_count = 0;  // a new POLL ends a pending answer
   if (f.b[1] & 0x01) queue_status(m, f.b[6], now_ms);
   if (f.b[1] & 0x02) queue_cells(m, f.b[6], (f.b[1] & 0x80) != 0);
   if (f.b[1] & 0x04) queue_temperatures(m, f.b[6]);

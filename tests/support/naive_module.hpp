@@ -1,15 +1,15 @@
-// A module unit as somebody else would write it who has version 1 of the protocol and nothing of this project: plain
-// structs, if-chains, its own checksum table. It shares no line with mmu/ or protocol/ on purpose: what it and the
-// daemon agree on is what the protocol says, and where it and mmu/ differ the protocol leaves it open.
+// A module as an independent developer would write it from version 1 of the protocol, without this project: plain
+// structs, if-chains, its own checksum table. It shares no line with mmu/ or protocol/ on purpose: its agreement with
+// the daemon follows from the protocol alone, and where it differs from mmu/ the protocol leaves it open.
 //
-// It knows none of the rules that docs/bus-protocol.md adds to the first text: it never sleeps unless it is told to,
-// and a cell's minutes stay the number they were, so that only another one starts it anew. It does less than mmu/: its
-// supply never fails, it never balances on its own, and its front end is always right.
+// It implements none of the rules that docs/bus-protocol.md adds to the first text: it never sleeps without a command,
+// and a cell's minutes keep their number, so that only a different one restarts its time. It does less than mmu/: its
+// supply never fails, it never balances autonomously, and its front end is always right.
 //
 //   naive_init(m, 3, 12, 4, 1234, now_ms)
 //   naive_receive(m, frame, now_ms)      a frame from the bus
 //   naive_tick(m, now_ms)                every millisecond, after cell_raw and the temperatures were set
-//   while (naive_send(m, frame)) ...     what it has to say
+//   while (naive_send(m, frame)) ...     its frames to send
 #pragma once
 
 namespace bmu::naive {
@@ -21,27 +21,27 @@ struct Frame {
 };
 
 struct Module {
-  // Who it is.
+  // Identity.
   unsigned node;
   unsigned cells;
   unsigned sensors;
   unsigned serial;
 
-  // What it is connected to; the owner sets it.
+  // Inputs; the owner sets them.
   unsigned cell_raw[12];  // as on the wire: 0.1 mV
   int cell_dC[4];
   int board_C[4];
   unsigned open_wires;
   unsigned module_raw;  // 2 mV
 
-  // What it was told.
+  // Received settings.
   unsigned uv_raw;  // 0.1 mV
   unsigned ov_raw;
   int board_limit_C;
   bool limits_set;
   bool has_poll_counter;
   unsigned poll_counter;
-  bool has_command_counter[2];  // to it, to all: two identifiers
+  bool has_command_counter[2];  // addressed to it, to all: two identifiers
   unsigned command_counter[2];
   unsigned long polled_ms;
   bool asleep;
@@ -63,7 +63,7 @@ struct Module {
   unsigned minutes[12];
   unsigned long balance_until_ms[12];
 
-  // Talking.
+  // Sending.
   bool restarted;
   bool ident_due;
   unsigned long ident_ms;

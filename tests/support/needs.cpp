@@ -23,8 +23,7 @@ bool has_pseudo_terminals() {
   return other >= 0;
 }
 
-/// 135 kB a bus, two buses a test, up to 32 tests beside each other (tools/test), and the files of tests that were
-/// killed.
+/// 135 kB per bus, two buses per test, up to 32 tests in parallel (tools/test), and the files of killed tests.
 constexpr std::uint64_t shared_memory_min_bytes = 16'000'000;
 
 bool has_room_for_buses() {
@@ -44,8 +43,7 @@ std::vector<MissingNeed> missing_needs() {
 std::string without(const std::string& pattern, const std::vector<MissingNeed>& missing) {
   std::string excluded;
   for (const MissingNeed& need : missing) excluded += "~" + need.tag;
-  // In front: behind a name it would belong to the name. A comma separates alternatives, each of which leaves out on
-  // its own.
+  // In front: after a name it would belong to the name. A comma separates alternatives, each with its own exclusions.
   std::string result = excluded;
   bool is_escaped = false;
   for (const char letter : pattern) {

@@ -1,4 +1,4 @@
-// The service manager's side of its socket, for tests that listen to what the daemon tells it.
+// The service manager's side of its socket, for tests of the daemon's notifications.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ class NotifySocket {
     }
     return false;
   }
-  /// Sends to itself until the queue takes no more.
+  /// Sends to itself until the queue is full.
   void fill() {
     const OwnedFd sender(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0));
     while (::sendto(sender.get(), "x", 1, MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&address()),

@@ -1,4 +1,4 @@
-// Buses of a daemon that has one for modules and vehicle alike.
+// Buses of a daemon with one bus for modules, vehicle and all other roles.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// A cell of 1 Ah whose voltage rises straight from 3 to 4 V, with one resistance: for tests whose figures are to be
-// worked out in the head.
+// A cell of 1 Ah with a voltage that rises linearly from 3 to 4 V, and one resistance: for tests with figures that can
+// be worked out in the head.
 #pragma once
 
 #include "daemon/core/cell/cell_dynamics.hpp"
@@ -20,7 +20,7 @@ inline CellDynamics plain_cell() {
 inline constexpr ChargeEndConfig plain_ends{
     .full_V = 3.995, .full_current_A = 0.05, .empty_V = 3.005, .empty_current_A = 0.2};
 
-/// Room temperature, the current the same since the sample before.
+/// Room temperature, constant current since the previous sample.
 inline CellSample plain_sample(double voltage_V, double current_A, double passed_s = 1.0) {
   return {.passed_s = passed_s,
           .mean_current_A = current_A,

@@ -22,7 +22,7 @@ MmuConfig module_config(const ModuleConfig& module, Pace pace) {
   return config;
 }
 
-/// A pack in use: cells around 3.65 V that are 20 mV apart at most, 22 to 30 C. The same numbers in every run.
+/// A pack in use: cells around 3.65 V, at most 20 mV apart, 22 to 30 C. The same numbers in every run.
 FrontEndTransfer realistic(const ModuleConfig& module, Random& random) {
   constexpr double tenths = 10.0;
   FrontEndInputs inputs;
@@ -97,7 +97,7 @@ void PolledPack::take_heard(const BusEvent& event) {
   observe(FrameEchoed{Port::internal, event.frame});
 }
 
-/// A POLL for everything but identities begins a cycle; another one ends it unfinished.
+/// A POLL to all modules for all data but identities starts a cycle; another POLL ends it unfinished.
 void PolledPack::follow_cycle(const BusEvent& event) {
   using namespace internal_bus;
   const Duration length = bits_on_wire(event.frame) * bit_time_;
@@ -117,7 +117,7 @@ void PolledPack::follow_cycle(const BusEvent& event) {
   }
   cycle_->minimum += length;
   if (++cycle_->answers < answers_wanted_) return;
-  cycle_->minimum -= can_bits_between_frames * bit_time_;  // behind the last one nobody waits
+  cycle_->minimum -= can_bits_between_frames * bit_time_;  // not waited for after the last one
   cycle_->took = event.at - cycle_->began_at;
   done_.push_back(*cycle_);
   cycle_.reset();

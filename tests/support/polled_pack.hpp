@@ -1,7 +1,7 @@
-// A core and module units on a bus with exact lengths, to measure how long a poll cycle takes: from the first bit of a
-// POLL to the last answer heard. The master, its power distribution unit and its sensor send what they always send.
+// A core and modules on a bus with exact frame lengths, to measure the duration of a poll cycle: from the first bit of
+// a POLL to the last answer received. The master, its PDU and its sensor send their usual frames.
 //
-//   prompt modules   answer in the moment the POLL is through, and give their controller all frames at once
+//   prompt modules   answer as soon as the POLL is through, and give their controller all frames at once
 //   ticked ones      answer with their next millisecond, and give it all frames at once: mmusim --frame-spacing-us 0
 //   paced ones       answer with their next millisecond and go on at one frame per 250 us, as mmusim's do by default
 #pragma once
@@ -24,9 +24,9 @@ enum class Pace : std::uint8_t { prompt, ticked, paced };
 
 struct PollCycle {
   TimePoint began_at{};     // first bit of the POLL
-  Duration took{};          // to the last answer heard
-  Duration minimum{};       // POLL and answers with their own bits, one behind the other
-  Duration others{};        // of that, frames of others in between
+  Duration took{};          // to the last answer received
+  Duration minimum{};       // POLL and answers with their own bits, in immediate succession
+  Duration others{};        // of that, other frames in between
   std::size_t answers = 0;  // frames
 };
 
@@ -34,7 +34,7 @@ class PolledPack {
  public:
   PolledPack(const CoreConfig& config, std::int64_t bits_per_s, Pace pace);
 
-  /// Whole cycles with cells, temperatures and without identities that ended in this time.
+  /// Complete cycles with cells and temperatures, without identities, that ended in this time.
   std::vector<PollCycle> run(Duration duration);
   [[nodiscard]] Duration busy() const { return bus_.busy(now_); }
   [[nodiscard]] const CanBus& bus() const { return bus_; }
@@ -51,7 +51,7 @@ class PolledPack {
   Pace pace_;
   Core core_;
   std::vector<Mmu> modules_;
-  std::vector<FrontEndTransfer> transfers_;  // of each module's front end, always the same
+  std::vector<FrontEndTransfer> transfers_;  // of each module's front end, constant
   Pdu pdu_;
   CurrentSensor sensor_;
   CanBus bus_;

@@ -1,5 +1,5 @@
-// One number that a test sets while a program runs, and a library reads that is loaded into the program before the C
-// library (LD_PRELOAD): eight bytes of a file, mapped. Without Catch2, for the library has no test around it.
+// One number that a test sets while a program runs, and that is read by a library loaded into the program before the C
+// library (LD_PRELOAD): eight bytes of a file, mapped. Without Catch2, since the library runs outside of a test.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace bmu::test {
 
-/// The library's side: where the number is, by the environment variable that names the file; the library may change it,
-/// too. Ends the program where there is none.
+/// The library's side: address of the number, by the environment variable that names the file; the library may change
+/// it, too. Aborts the program where there is no such file.
 inline volatile std::int64_t* preload_word(const char* variable) {
   const char* file = std::getenv(variable);
   const int fd = file != nullptr ? ::open(file, O_RDWR | O_CLOEXEC) : -1;
@@ -33,7 +33,7 @@ inline volatile std::int64_t* preload_word(const char* variable) {
   return static_cast<bool>(stream.flush());
 }
 
-/// The number that is in the file now, by the test or by the library.
+/// The number in the file now, set by the test or by the library.
 [[nodiscard]] inline std::int64_t read_preload_word(const std::string& file) {
   std::int64_t number = 0;
   std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&number), sizeof number);

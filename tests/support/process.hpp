@@ -1,4 +1,5 @@
-// A program of ours as a child: its output in files, its end waited for, and never left behind.
+// A program of this project as a child process: its output goes to files, its end is waited for, and it is never left
+// behind.
 #pragma once
 
 #include <array>
@@ -27,8 +28,8 @@ namespace bmu {
 
 namespace test {
 
-/// What is waited for where something has to come: ends a test that hangs, and decides nothing else. On a busy machine
-/// a program may get no processor for seconds.
+/// Maximum wait for an event that must come: ends a test that hangs, and decides nothing else. On a busy machine a
+/// program may get no processor for seconds.
 inline constexpr std::chrono::milliseconds hang_max{60'000};
 
 }  // namespace test
@@ -40,7 +41,7 @@ inline constexpr std::chrono::milliseconds hang_max{60'000};
 }
 
 struct ProcessOptions {
-  std::vector<std::string> environment;  // "NAME=value", added to ours
+  std::vector<std::string> environment;  // "NAME=value", added to that of the test
   std::string out_file = "/dev/null";
   std::string err_file = "/dev/null";
   int err_fd = -1;  // instead of err_file

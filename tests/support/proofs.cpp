@@ -11,11 +11,11 @@ namespace bmu::test {
 
 namespace {
 
-/// A decision, and one that comes late in a process.
+/// A decision, and a late one in a process.
 constexpr Duration decision = 20ms;
-/// Of a module's answers, whoever made it (docs/reaction-times.md).
+/// Reaction to a module's answers, of any maker (docs/reaction-times.md).
 constexpr Duration voltage_budget = 450ms;
-/// A plug is not waited for: its contacts part under what still flows (row 100).
+/// No delay is allowed for a plug: its contacts part under the current that still flows (row 100).
 constexpr Duration plug_budget = 100ms;
 
 template <std::uint8_t node>
@@ -37,11 +37,11 @@ TimePoint inverter_heard_at(const Core& core, TimePoint /*now*/) {
 TimePoint in_range_until(const Core& core, TimePoint now) {
   return core.modules().find(2)->values_out_of_range == 0 ? now : TimePoint{};
 }
-/// No cell stands still that must have moved.
+/// No cell voltage is stuck although it should have changed.
 TimePoint moving_until(const Core& core, TimePoint now) {
   return core.watchers().stuck.longest_ms(core.modules()).value == 0 ? now : TimePoint{};
 }
-/// What it tells is good until it is too old.
+/// Its data is valid until it is older than age_max.
 TimePoint second_pack_known_until(const Core& core, TimePoint now) {
   return core.second_pack().soc_permille(now) ? now - SecondPack::age_max : TimePoint{};
 }
@@ -50,7 +50,7 @@ TimePoint second_pack_known_until(const Core& core, TimePoint now) {
 
 const std::vector<Proof>& proofs() {
   static const std::vector<Proof> rows{
-      // Two and a half of its reports, and a tenth of a second (docs/charging.md).
+      // Two and a half periods of its report, and a tenth of a second (docs/charging.md).
       {.name = "charger_loss",
        .well_until = charger_heard_at,
        .allowed = 2'600ms + decision,
@@ -59,7 +59,7 @@ const std::vector<Proof>& proofs() {
        .well_until = charger_heard_at,
        .allowed = 2'600ms + decision,
        .fault = FaultId::charger_silent},
-      // Believed after 0.25 s and two samples.
+      // Confirmed after 0.25 s and two samples.
       {.name = "charger_runaway",
        .well_until = obeyed_until,
        .allowed = 250ms + 2 * decision,
@@ -68,12 +68,12 @@ const std::vector<Proof>& proofs() {
        .well_until = plugged_in_until,
        .allowed = plug_budget,
        .cause = OpeningCause::request_over},
-      // 5 s of silence, and 5 s for what flows (docs/inverters.md).
+      // 5 s of silence, and at most 5 s until no current flows (docs/inverters.md).
       {.name = "inverter_silent",
        .well_until = inverter_heard_at,
        .allowed = 10s + decision,
        .fault = FaultId::inverter_lost},
-      // The report of it comes once a second.
+      // It is reported once a second.
       {.name = "second_pack_silent",
        .well_until = second_pack_known_until,
        .allowed = SecondPack::age_max + vehicle_bus::pack_charge.period + decision,
@@ -87,7 +87,7 @@ const std::vector<Proof>& proofs() {
        .well_until = module_heard_at<5>,
        .allowed = voltage_budget,
        .fault = FaultId::module_lost},
-      // The limit of stuck_values, its two samples, and the step until which nothing was due.
+      // The limit of stuck_values, its two samples, and the step until which no change was due.
       {.name = "outlander_repeats",
        .well_until = moving_until,
        .allowed = 8s + voltage_budget,
@@ -96,12 +96,12 @@ const std::vector<Proof>& proofs() {
        .well_until = in_range_until,
        .allowed = voltage_budget,
        .fault = FaultId::cell_not_measured},
-      // Three of its last ten frames, which is sooner than its silence.
+      // Three of its last ten frames, which is sooner than its receive timeout.
       {.name = "i3_checksums",
        .well_until = module_heard_at<4>,
        .allowed = voltage_budget,
        .fault = FaultId::module_disturbed},
-      // Two answers that contradict what came under the same counter.
+      // Two answers that contradict earlier ones under the same counter.
       {.name = "i3_counter",
        .well_until = module_heard_at<4>,
        .allowed = voltage_budget,

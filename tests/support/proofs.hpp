@@ -1,9 +1,9 @@
-// The proof: what may go wrong around a pack, and what has to follow, by whom and in which time.
+// The proof: disturbances around a pack and the required reaction to each, with its cause and its time.
 //
-// Each has a script, vcan-fixtures/proof/NAME.scn, that mmusim plays and that says when the contacts have to be open.
+// Each has a script, vcan-fixtures/proof/NAME.scn, that mmusim plays and that states when the contacts have to be open.
 // It is run in virtual time (tests/scenario/proof_test.cpp) and, with the programs themselves, on vcan
-// (tests/rig/proof.sh); what bmud recorded there is a golden log (tests/golden/proof_test.cpp). ProofWatch looks at the
-// core in all of them.
+// (tests/rig/proof.sh); bmud's recording of that run is a golden log (tests/golden/proof_test.cpp). ProofWatch monitors
+// the core in all of them.
 #pragma once
 
 #include <optional>
@@ -17,18 +17,18 @@
 namespace bmu::test {
 
 enum class ProofEnd : std::uint8_t {
-  opens,               // the daemon commands everything open
-  tells_no_second_soc  // SOC2 in 626h is not known, and the pack stays closed
+  opens,               // the daemon commands all contactors open
+  tells_no_second_soc  // SOC2 in 626h is unknown, and the pack stays closed
 };
 
 struct Proof {
   std::string_view name;
-  /// Until when all was well, as the core knows at `now`: when it was last heard, or now.
+  /// The last time without the disturbance, by the core's data at `now`: when it last received the device, or now.
   TimePoint (*well_until)(const Core& core, TimePoint now);
-  /// From then until the word for it goes out: what the pages say, and a decision.
+  /// From then to the frame of the reaction: the time stated in the pages, and a decision.
   Duration allowed{};
   OpeningCause cause = OpeningCause::fault;  // none: nothing opens
-  FaultId fault{};                           // where the cause is one
+  FaultId fault{};                           // if the cause is a fault
   ProofEnd end = ProofEnd::opens;
 };
 
@@ -37,7 +37,7 @@ struct Proof {
 /// The pack file that a script names in its head: "# Pack: config/packs/i3-96s.json", from the project's folder.
 [[nodiscard]] std::string pack_file_of(const std::string& script);
 
-/// Looks at a core at each of its decisions.
+/// Monitors a core at each of its decisions.
 class ProofWatch : public CoreTap {
  public:
   ProofWatch(const Proof& proof, const Core& core) : proof_(&proof), core_(&core) {}
@@ -45,9 +45,9 @@ class ProofWatch : public CoreTap {
   void observed(const Observation& /*observation*/) override {}
   void decided(TimePoint at, const Decisions& decisions) override;
 
-  /// Fails the test unless it went as it has to.
+  /// Fails the test unless the reaction was as required.
   void check() const;
-  /// What has to come has come.
+  /// The required reaction has come.
   [[nodiscard]] bool has_ended() const { return ended_at_.has_value(); }
 
  private:
@@ -58,7 +58,7 @@ class ProofWatch : public CoreTap {
   bool was_closed_ = false;
   bool was_second_soc_known_ = false;
   TimePoint well_until_{};
-  // When it had come; what comes later, as the end of the emulated pack, is nobody's matter.
+  // Time of the reaction; later events, such as the end of the emulated pack, are ignored.
   std::optional<TimePoint> ended_at_;
   bool is_open_ = false;
   OpeningRecord opening_;

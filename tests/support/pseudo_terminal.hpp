@@ -1,4 +1,4 @@
-// A pseudo-terminal: what the daemon is given is one end of it, the test sits at the other.
+// A pseudo-terminal: the daemon gets one end of it, the test uses the other.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ class PseudoTerminal {
     std::array<char, 64> name{};
     REQUIRE(::ptsname_r(end_.get(), name.data(), name.size()) == 0);
     name_ = name.data();
-    // Until the daemon has set it up it would echo.
+    // It would echo until the daemon has set it up.
     termios settings{};
     REQUIRE(::tcgetattr(end_.get(), &settings) == 0);
     ::cfmakeraw(&settings);
@@ -49,7 +49,7 @@ class PseudoTerminal {
       REQUIRE(::poll(&wait, 1, 60'000) == 1);
     }
   }
-  /// As much as is taken within the time.
+  /// Writes until nothing more is accepted for `stalled`; returns the number of bytes written.
   [[nodiscard]] std::size_t type_some(std::string_view bytes, std::chrono::milliseconds stalled) const {
     std::size_t typed = 0;
     while (typed < bytes.size()) {
@@ -63,7 +63,7 @@ class PseudoTerminal {
     }
     return typed;
   }
-  /// Everything up to this text and with it; what has come, if it does not come at all.
+  /// Everything up to this text, the text included; everything received if it does not come in time.
   [[nodiscard]] std::string read_to(std::string_view end, std::chrono::milliseconds at_most = std::chrono::minutes(1)) {
     const auto deadline = std::chrono::steady_clock::now() + at_most;
     while (read_.find(end) == std::string::npos) {
@@ -82,7 +82,7 @@ class PseudoTerminal {
     read_.erase(0, size);
     return text;
   }
-  /// An order and the line it is answered with.
+  /// Sends a command and returns the line that answers it.
   [[nodiscard]] std::string ask(std::string_view line) {
     type(std::string(line) + "\r\n");
     return read_to("\r\n");

@@ -1,4 +1,4 @@
-// A bus that is there and brings nothing; what is sent to it is gone.
+// A bus that is up and delivers nothing; sent frames are discarded.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A recording of a core and an emulated pack in virtual time, for whoever reads recordings.
+// A recording of a core and an emulated pack in virtual time, for tests of readers of recordings.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@
 
 namespace bmu::test {
 
-/// 2023-11-14 22:13:20 UTC, when each of them begins.
+/// 2023-11-14 22:13:20 UTC, the start of each of them.
 inline constexpr std::int64_t recorded_from_us = 1'700'000'000'000'000;
 
 inline PackConfig demo_pack() {
@@ -25,17 +25,17 @@ inline PackConfig demo_pack() {
 
 struct RecordedRun {
   Duration length{};
-  Duration begin_after{};                  // what came before is not recorded
-  Duration part_length = Duration::max();  // the recording begins anew after so long, as the daemon's does
+  Duration begin_after{};                  // nothing before is recorded
+  Duration part_length = Duration::max();  // a new part starts after so long, as in the daemon
   std::int64_t from_us = recorded_from_us;
   std::int64_t clock_behind_us = 0;  // with each part the wall clock is set back by this
   Duration clock_set_at{};           // the wall clock is set then,
   std::int64_t clock_set_by_us = 0;  // forward by so much
-  Duration stops_at{};               // the core's process stands still from then on,
+  Duration stops_at{};               // the core's process is stopped from then on,
   Duration stops_for{};              // for so long; 0: not at all
 };
 
-/// A pack by a script.
+/// Runs a pack by a script and returns its recording.
 inline std::string recorded_run(const PackConfig& pack, std::string_view script, const RecordedRun& wanted) {
   auto scenario = parse_scenario(script, core_vocabulary());
   REQUIRE(scenario);
@@ -70,12 +70,12 @@ inline std::string recorded_run(const PackConfig& pack, std::string_view script,
   return writer.text();
 }
 
-/// The demonstration's pack.
+/// The same with the demonstration pack.
 inline std::string recorded_run(std::string_view script, const RecordedRun& wanted) {
   return recorded_run(demo_pack(), script, wanted);
 }
 
-/// For so long, as one part.
+/// The same of this length, as one part.
 inline std::string recorded_run(std::string_view script, Duration length) {
   return recorded_run(script, RecordedRun{.length = length});
 }

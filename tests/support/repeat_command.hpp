@@ -6,7 +6,7 @@
 
 namespace bmu::test {
 
-/// A test's name for the command line. Catch2 separates names by commas, and takes brackets for tags.
+/// A test's name for the command line. Catch2 separates names by commas and reads brackets as tags.
 [[nodiscard]] inline std::string as_argument(const std::string& name) {
   std::string text;
   for (const char character : name) {
@@ -16,7 +16,7 @@ namespace bmu::test {
   return '"' + text + '"';
 }
 
-/// Of the environment; "": not set.
+/// A variable of the environment; "": not set.
 [[nodiscard]] inline std::string setting(const char* name) {
   const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe)
   return value == nullptr ? "" : value;

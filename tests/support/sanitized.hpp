@@ -1,5 +1,5 @@
-// Whether a sanitizer watches this program, and so what is built with it: memory and locks of pages are then not those
-// of what is shipped.
+// Whether a sanitizer monitors this program, and so all of this build: use of memory and locked pages then differ from
+// those of the shipped programs.
 #pragma once
 
 namespace bmu::test {

@@ -1,4 +1,4 @@
-// A core and the emulated pack around it in virtual time, as tests drive it.
+// A core and the emulated pack around it in virtual time, driven by a test.
 #pragma once
 
 #include <string_view>
@@ -12,18 +12,18 @@ class SimRun {
  public:
   SimRun(const CoreConfig& config, Scenario scenario = {});
 
-  /// Both worlds, a millisecond at a time, until `seconds` since the start.
+  /// Runs both, a millisecond at a time, until `seconds` since the start.
   void run_to(double seconds);
-  /// An event of the script language, now.
+  /// Applies an event of the script language now.
   void apply(std::string_view event);
-  /// Told to the core, as if it had come from outside.
+  /// Feeds an observation to the core, as from outside.
   void observe(const ObservedThing& what) { run_.observe(what); }
   void give(Command command, Authority authority = Authority::user);
 
   [[nodiscard]] double seconds() const { return to_s(run_.elapsed()); }
   [[nodiscard]] const Core& core() const { return run_.core(); }
   [[nodiscard]] const Simulator& simulator() const { return run_.simulator(); }
-  /// For what no script has a word for.
+  /// For changes that the script language cannot express.
   [[nodiscard]] Simulator& simulator() { return run_.simulator(); }
   [[nodiscard]] const std::vector<Event>& events() const { return run_.events(); }
   /// Seconds since the start of the first event of this kind; negative if there was none.

@@ -1,9 +1,9 @@
-// A cell that the estimators of the state of charge are tried on: it lives by the equations of CellDynamics, integrated
-// here in small steps, and may differ from its model in all that an estimator has to cope with. It shares the tables
-// and nothing else with them; who tests the tables works them out by hand.
+// A cell to test the estimators of the state of charge: it follows the equations of CellDynamics, integrated here in
+// small steps, and may differ from its model in all that an estimator has to cope with. It shares the tables and
+// nothing else with them; tests of the tables work them out by hand.
 //
 //   SimulatedCell truth(cell, {.soc = 0.8, .capacity_share = -0.15});
-//   filter.update(truth.run(1.0, 5.0, 25.0));     one second of 5 A at 25 C, and what was measured
+//   filter.update(truth.run(1.0, 5.0, 25.0));     one second of 5 A at 25 C, and its measurements
 #pragma once
 
 #include <algorithm>
@@ -19,13 +19,13 @@
 
 namespace bmu::test {
 
-/// The same numbers from the same seed with every compiler: the standard promises that of the engine, not of its
+/// The same numbers from the same seed with every compiler: the standard guarantees that of the engine, not of its
 /// distributions.
 class Chance {
  public:
   explicit Chance(std::uint64_t seed) : engine_(seed) {}
 
-  /// Even from 0 to 1, 1 excluded.
+  /// Uniform from 0 to 1, 1 excluded.
   double even() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
   double between(double low, double high) { return low + (high - low) * even(); }
   bool one_in(double count) { return even() * count < 1.0; }
@@ -44,10 +44,10 @@ struct SimulatedCellOptions {
   double hysteresis = 0.0;
   double capacity_share = 0.0;    // -0.15: 15 % less than its model
   double resistance_share = 0.0;  // 0.4: 40 % more
-  double sensor_gain = 0.0;       // 0.01: tells 1 % more than flows
+  double sensor_gain = 0.0;       // 0.01: shows 1 % more than flows
   double sensor_offset_A = 0.0;
   double voltage_noise_V = 0.0;   // one standard deviation
-  double slow_error_share = 0.0;  // 1: wanders off its model by as much as that says
+  double slow_error_share = 0.0;  // 1: deviates slowly from its model by as much as the model states
   std::uint64_t seed = 1;
 };
 
@@ -59,7 +59,7 @@ class SimulatedCell {
     error_V_ = options.slow_error_share * at(cell, soc_, 25.0).slow_error_V * chance_.normal();
   }
 
-  /// Carries `current_A` for `passed_s`; tells what the sensors say at its end.
+  /// Carries `current_A` for `passed_s`; returns the sensors' values at its end.
   CellSample run(double passed_s, double current_A, double temperature_C) {
     constexpr double step_max_s = 0.25;
     const auto steps = static_cast<int>(std::ceil(passed_s / step_max_s));
@@ -112,8 +112,8 @@ class SimulatedCell {
   double error_V_ = 0.0;
 };
 
-/// What a vehicle asks of a cell, in multiples of its capacity an hour: another current every 20 s, out of it down to
-/// 12 %, rests, and then a charge up to 95 %.
+/// Current of a cell in a vehicle, in multiples of its capacity per hour: a new current every 20 s, down to 12 %, with
+/// rests, and then a charge up to 95 %.
 class SimulatedDrive {
  public:
   SimulatedDrive(const CellDynamics& cell, std::uint64_t seed)
@@ -139,8 +139,8 @@ class SimulatedDrive {
   double drive_A_ = 0.0;
 };
 
-/// A cell of 10 Ah in two rows. Its open-circuit voltage rises by 0.9 V evenly, its resistances follow Arrhenius' law,
-/// and it has kinetics that only the cold shows.
+/// A cell of 10 Ah in two rows. Its open-circuit voltage rises evenly by 0.9 V, its resistances follow Arrhenius' law,
+/// and its charge transfer is noticeable only in the cold.
 inline CellDynamics sloped_cell() {
   CellDynamics cell;
   cell.activation_K = 3000.0;

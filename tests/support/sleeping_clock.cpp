@@ -1,6 +1,6 @@
-// Loaded before the C library into a daemon under test: CLOCK_BOOTTIME is ahead by as many milliseconds as the word in
-// the file named by BMUD_TEST_SLEPT, and so are timers of that clock; all other clocks and timers are as they are. So
-// it is after a machine has slept.
+// Loaded before the C library into a daemon under test: CLOCK_BOOTTIME is ahead by as many milliseconds as the number
+// in the file named by BMUD_TEST_SLEPT, and so are timers of that clock; all other clocks and timers are unchanged.
+// This is the state after a machine has slept.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -27,7 +27,7 @@ void add_ms(timespec& time, std::int64_t ms) {
   time.tv_nsec = ns - carry * 1'000'000'000;
 }
 
-// By descriptor. One that is closed leaves its mark to the next of its number, which timerfd_create then makes anew.
+// By descriptor. A closed one leaves its mark to the next with its number, which timerfd_create then sets again.
 std::array<std::atomic<bool>, 256> is_of_boottime;
 
 }  // namespace
@@ -43,13 +43,13 @@ extern "C" int timerfd_settime(int fd, int flags, const itimerspec* wanted, itim
   itimerspec when = *wanted;
   if ((flags & TFD_TIMER_ABSTIME) != 0 && is_of_boottime.at(static_cast<std::size_t>(fd))) {
     add_ms(when.it_value, -*slept_ms());
-    // What is over fires at once; 0 would switch the timer off.
+    // A time in the past fires at once; 0 would switch the timer off.
     if (when.it_value.tv_sec < 0) when.it_value = {.tv_sec = 0, .tv_nsec = 1};
   }
   return static_cast<int>(::syscall(SYS_timerfd_settime, fd, flags, &when, before));
 }
 
-// The C library declares it so.
+// Declared noexcept by the C library.
 extern "C" int clock_gettime(clockid_t clock, timespec* now) noexcept {
   const long result = ::syscall(SYS_clock_gettime, clock, now);
   if (result == 0 && clock == CLOCK_BOOTTIME) add_ms(*now, *slept_ms());

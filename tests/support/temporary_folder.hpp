@@ -1,5 +1,5 @@
-// A folder of its own for each test, gone with it: tests run beside each other, so no name may be shared between two.
-// What cannot be made or written throws, which ends a test, a fuzzer and a benchmark alike.
+// A folder of its own for each test, removed with it: tests run in parallel, so no name may be shared between two. A
+// failure to create or write throws, which ends a test, a fuzzer and a benchmark alike.
 #pragma once
 
 #include <cerrno>
@@ -21,7 +21,7 @@ class TemporaryFolder {
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  // What cannot be removed any more is no failure of the test, and a destructor must not throw.
+  // A failure to remove it is no failure of the test, and a destructor must not throw.
   ~TemporaryFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
@@ -30,7 +30,7 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string operator/(const std::string& name) const { return (path_ / name).string(); }
 
-  /// Writes a file of these bytes into the folder and returns its path.
+  /// Writes a file with these bytes into the folder and returns its path.
   // NOLINTNEXTLINE(modernize-use-nodiscard): some write a file that another one names
   std::string file(const std::string& name, std::string_view content) const {
     std::ofstream out(path_ / name, std::ios::binary);
@@ -39,7 +39,7 @@ class TemporaryFolder {
     return (path_ / name).string();
   }
 
-  /// The same as the only file in it: whatever another input left beside it is gone.
+  /// The same as the only file in the folder: files of other inputs are removed.
   [[nodiscard]] std::string only_file(const std::string& name, std::string_view content) const {
     for (const auto& entry : std::filesystem::directory_iterator(path_)) std::filesystem::remove(entry);
     return file(name, content);

@@ -1,5 +1,5 @@
-// A core on its bench, and what the status socket tells of a daemon besides: for tests of answers. Its bus is there and
-// brings nothing.
+// A core on its bench, and the other data of a daemon that the status socket reports: for tests of its replies. Its bus
+// is up and delivers nothing.
 #pragma once
 
 #include <memory>

@@ -19,14 +19,14 @@ Station station_of(const CanFrame& frame) {
 
 namespace {
 
-/// Copies of a core have two megabytes each and are made by the thousand. Memory that is given back to the system and
-/// faulted in again for each of them takes most of a test's time.
+/// Copies of a core have two megabytes each and are made by the thousand. Returning their memory to the system and
+/// faulting it in again for each of them takes most of a test's time.
 void keep_freed_memory() {
   static const bool is_kept = ::mallopt(M_MMAP_MAX, 0) == 1 && ::mallopt(M_TRIM_THRESHOLD, -1) == 1;
-  static_cast<void>(is_kept);  // without it the tests are slower, and not wrong
+  static_cast<void>(is_kept);  // without it the tests are only slower
 }
 
-/// Modules of another maker have identifiers that are ours for something else.
+/// Modules of another maker use identifiers that have another meaning in this project's protocol.
 Station station_in(const CoreConfig& config, const CanFrame& frame) {
   const ModuleDriver* const driver = config.foreign.driver;
   const MessageMatch match = driver != nullptr ? driver->catalogue->find(frame) : MessageMatch{};
@@ -44,10 +44,10 @@ constexpr std::uint8_t receive_passive = 0x10;
 constexpr std::uint8_t transmit_passive = 0x20;
 constexpr std::uint8_t active_again = 0x40;
 
-/// The daemon's port looks at its interface so often; an interface whose controller is off the bus has no carrier.
+/// The daemon's port checks its interface this often; an interface with a controller in bus-off has no carrier.
 constexpr Duration look_period = 100ms;
 
-/// What a kernel's error frame says of a controller: whose counter it was, and how bad.
+/// Controller byte of a kernel's error frame: which of the two counters, and the state.
 std::uint8_t controller_byte(const BusEvent& event) {
   const bool is_of_transmitter = event.counters.transmit >= event.counters.receive;
   if (event.state == ErrorState::passive) return is_of_transmitter ? transmit_passive : receive_passive;
@@ -89,7 +89,7 @@ WiredPack::WiredPack(const CoreConfig& config, Duration devices_ahead, const Bus
     bus_.connect(station);
   }
   for (const ModuleConfig& module : config.modules) bus_.connect(static_cast<Station>(module.node));
-  static_cast<void>(simulator_.advance(starts_at));  // nobody heard that
+  static_cast<void>(simulator_.advance(starts_at));  // received by no node
   raise_ports();
 }
 
@@ -122,10 +122,10 @@ bool WiredPack::run_until(const std::function<bool(const WiredPack&)>& condition
   return condition(*this);
 }
 
-/// To whatever happens next, at most to `end`.
+/// Advances to the next event, at most to `end`.
 void WiredPack::advance_to(TimePoint end) {
   const TimePoint wakes_at = has_power_ ? std::max(wake_at_, stalled_until_) : TimePoint::max();
-  const TimePoint bus_at = bus_.next_at() > now_ ? bus_.next_at() : end;  // what came from outside joins what is next
+  const TimePoint bus_at = bus_.next_at() > now_ ? bus_.next_at() : end;  // a frame from outside joins the next event
   TimePoint next = std::min({end, devices_tick_at_, bus_at, wakes_at, carrier_told_at_.value_or(end)});
   for (const Told& one : told_) next = std::min(next, one.at);
   now_ = next;
@@ -229,8 +229,8 @@ void WiredPack::take_heard(const BusEvent& event) {
   }
 }
 
-/// As the kernel tells it: an error frame for each change, and a carrier that goes and comes. The error frame of a
-/// restart is told when the controller is back on the bus, not when it was told to.
+/// Reported as by the kernel: an error frame for each change, and a carrier that goes and comes. The error frame of a
+/// restart is reported when the controller is back on the bus, not when the restart was commanded.
 void WiredPack::take_master_state(const BusEvent& event) {
   if (event.state == ErrorState::bus_off) {
     is_off_ = true;
@@ -308,7 +308,7 @@ void WiredPack::set_port(bool is_up) {
   observe(PortChanged{Port::internal, is_up});
 }
 
-// --- what tests do with it ------------------------------------------------------------------------------------------
+// --- for tests -------------------------------------------------------------------------------------------------------
 
 void WiredPack::apply(std::string_view events) {
   const ModuleConfig& module = config().modules[config().modules.size() - 1];

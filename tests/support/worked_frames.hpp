@@ -1,5 +1,5 @@
-// The worked frames of docs/bus-protocol.md with their meaning: decoded, encoded, sent through the DBC and the dump.
-// A signal that is not listed is 0, "no" or "none".
+// The worked frames of docs/bus-protocol.md with their meaning: decoded, encoded, sent through the DBC and the dump. A
+// signal that is not listed is 0, "no" or "none".
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ constexpr double bottom = 46.0;
 constexpr double title_height = 34.0;
 constexpr std::size_t points_shown = 600;
 
-/// Of each stretch the lowest and the highest, in their order.
+/// Keeps the lowest and the highest point of each stretch, in their order.
 std::vector<ChartPoint> thinned(const std::vector<ChartPoint>& points) {
   if (points.size() <= points_shown) return points;
   const std::size_t stretch = 2 * points.size() / points_shown + 1;

@@ -1,4 +1,4 @@
-// Pictures for people, as SVG text that any browser shows: panels with axes, lines and bands.
+// Charts as SVG text that any browser shows: panels with axes, lines and bands.
 #pragma once
 
 #include <optional>
@@ -33,14 +33,14 @@ struct ChartPanel {
   std::string y_label;
   std::vector<ChartBand> bands{};
   std::vector<ChartLine> lines{};
-  std::optional<std::pair<double, double>> y_range{};  // else what the points need
+  std::optional<std::pair<double, double>> y_range{};  // default: the range of the points
 };
 
-/// Colours that are told apart also by those who see red and green alike, from cold to warm.
+/// Colours that readers with red-green colour blindness can distinguish too, from cold to warm.
 [[nodiscard]] std::string chart_color(std::size_t index, std::size_t count);
 
-/// Panels below each other, all of one size. Points that are not finite are gaps. Long lines are thinned to what a
-/// screen shows, their peaks are kept.
+/// Panels below each other, all of one size. Points that are not finite are gaps. Long lines are thinned to the
+/// resolution of a screen; their peaks are kept.
 [[nodiscard]] std::string svg_of(const std::string& title, const std::vector<ChartPanel>& panels);
 
 }  // namespace bmu::cell

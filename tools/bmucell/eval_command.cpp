@@ -104,7 +104,7 @@ std::string svg_of_trace(const Evaluation& evaluation) {
   charge.y_range = {0.0, percent};
   off.bands = {std::move(allowed)};
   off.lines = {std::move(error)};
-  off.y_range = {-5.0, 5.0};  // a wrong start reaches beyond; what matters is what is left of it
+  off.y_range = {-5.0, 5.0};  // a wrong start is outside; only the remaining error matters
   voltage.lines = {std::move(volts)};
   const std::string name = std::filesystem::path(evaluation.score.file).filename().string();
   return svg_of(name, {std::move(charge), std::move(off), std::move(voltage)});
@@ -141,7 +141,7 @@ std::string left_out_text(const Score& score) {
   return text;
 }
 
-/// What a recording has that casts doubt on its figures: on standard error, and the figures follow nevertheless.
+/// Prints the doubtful properties of a recording on standard error; the figures follow nevertheless.
 void warn(const EvalOptions& options, const CellDynamics& cell, const Series& series, const Score& score) {
   constexpr double s_per_h = 3600.0;
   const double capacity_Ah = cell.capacity_As / s_per_h;

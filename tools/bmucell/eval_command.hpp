@@ -1,11 +1,11 @@
-// bmucell eval: recordings in, figures out.
+// bmucell eval: scores the estimators on recordings.
 #pragma once
 
 #include "tools/bmucell/options.hpp"
 
 namespace bmu::cell {
 
-/// The exit code.
+/// Returns the exit code.
 [[nodiscard]] int run_eval(const EvalOptions& options);
 
 }  // namespace bmu::cell

@@ -17,7 +17,7 @@ constexpr double begin_sigma_min = 0.10;
 constexpr double settled_within = 0.03;
 constexpr double settling_s = 1200.0;
 
-/// The recording as a daemon with a worse sensor would have seen it.
+/// Applies the errors of a worse sensor to the recording.
 class WorseSensor {
  public:
   explicit WorseSensor(const EvaluationPlan& plan) : plan_(plan), random_(plan.seed) {}
@@ -34,7 +34,7 @@ class WorseSensor {
   std::normal_distribution<double> normal_;
 };
 
-/// Sums up how far off an estimator is.
+/// Accumulates the deviation of an estimator.
 class Scorer {
  public:
   void add(double since_begin_s, double error, double sigma) {
@@ -91,7 +91,7 @@ SocBegin begin_of(const EvaluationPlan& plan, const SeriesRow& row) {
   return {.soc = std::clamp(row.soc + plan.soc_error, 0.0, 1.0),
           .sigma = std::max(begin_sigma_min, std::abs(plan.soc_error)),
           .is_rested = is_at_start,
-          .hysteresis = is_at_start ? 1.0 : -1.0};  // the charge has come down to here
+          .hysteresis = is_at_start ? 1.0 : -1.0};  // the SOC fell to this value
 }
 
 CellSample sample_of(const SeriesRow& row, double passed_s, bool is_counted) {
@@ -102,7 +102,7 @@ CellSample sample_of(const SeriesRow& row, double passed_s, bool is_counted) {
           .temperature_C = row.temperature_C};
 }
 
-/// Something that can be scored against is there. "" or what is wrong.
+/// Checks that the series has a reference to score against. Returns the error, "" for none.
 std::string problem_of(const Series& series) {
   if (!series.has_soc) return "no column 'ref_soc_pct', which says what the charge really was";
   const bool is_fraction = std::all_of(series.rows.begin(), series.rows.end(),
@@ -139,7 +139,7 @@ Result<Evaluation, std::string> evaluate(const EvaluationPlan& plan, const CellD
   for (std::size_t k = first; k < series.rows.size(); ++k) {
     const SeriesRow row = worse.seen(series.rows[k]);
     const double passed_s = row.time_s - before_s;
-    // What flowed before the first row is in its reference already.
+    // The reference of the first row already includes the charge before it.
     if (k > first) {
       if (!(passed_s > 0.0)) {
         ++left_out.time_not_forward;
@@ -204,7 +204,7 @@ Score mean_of(const std::vector<Score>& scores) {
   score.max_pct = mean(&Score::max_pct).value_or(0.0);
   score.rmse_after_20min_pct = mean(&Score::rmse_after_20min_pct);
   score.max_after_20min_pct = mean(&Score::max_after_20min_pct);
-  // One that never settled has no time that could be averaged away.
+  // The time is omitted if one estimate never settled: a mean would hide that.
   const bool have_all_settled =
       std::all_of(scores.begin(), scores.end(), [](const Score& one) { return one.settle_3pct_s.has_value(); });
   if (have_all_settled) score.settle_3pct_s = mean(&Score::settle_3pct_s);

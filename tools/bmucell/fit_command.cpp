@@ -42,7 +42,7 @@ FitPlan plan_for(const FitOptions& options, const CellFile& base, const std::vec
   return plan;
 }
 
-/// Resistances fall as cells get larger.
+/// The typical resistance falls with the size of the cell.
 FitWishes wishes_for(const FitPlan& plan) {
   constexpr double usual_of_one_ampere_hour_Ohm = 0.060;
   FitWishes wishes;
@@ -169,7 +169,7 @@ int run_fit(const FitOptions& options) {
     complain(data.error());
     return exit_data;
   }
-  // Also where the fit is refused, which may come of what was left out.
+  // Logged also if the fit is refused: the omitted line may be the cause.
   for (const FitSeries& one : *data) {
     if (one.series.torn_line != 0) complain(torn_line_text(one.series));
   }
@@ -185,7 +185,7 @@ int run_fit(const FitOptions& options) {
   CellFile file = with_fit(std::move(*base), found);
   if (!options.name.empty()) file.name = options.name;
   file.origin = origin_of(options);
-  // What the daemon would refuse is no cell file.
+  // A file that the daemon would refuse is not written.
   if (const auto read = parse_cell_file(cell_file_text(file), "what was fitted"); !read) {
     for (const ConfigProblem& problem : read.error()) complain(to_text(problem));
     return exit_data;

@@ -1,11 +1,11 @@
-// bmucell fit: recordings in, a cell file out.
+// bmucell fit: fits a cell file to recordings.
 #pragma once
 
 #include "tools/bmucell/options.hpp"
 
 namespace bmu::cell {
 
-/// The exit code.
+/// Returns the exit code.
 [[nodiscard]] int run_fit(const FitOptions& options);
 
 }  // namespace bmu::cell

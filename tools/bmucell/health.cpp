@@ -9,7 +9,7 @@ namespace bmu::cell {
 
 namespace {
 
-/// A bench counts so well; what a vehicle's sensor adds is CapacityPrior::common_share.
+/// Counting error of a bench; CapacityPrior::common_share adds that of a vehicle's sensor.
 constexpr CurrentSensorError bench_sensor{.gain = 0.0, .offset_A = 0.0, .unknown_current_A = 0.0};
 constexpr std::size_t charges_min = 8;
 
@@ -39,7 +39,7 @@ std::vector<KnownCharge> known_charges(const AgeingData& data, const ChargePlate
   return known;
 }
 
-/// Two unknowns, by Cramer's rule.
+/// Least squares of two unknowns, by Cramer's rule.
 void solve(const std::vector<KnownCharge>& known, double error_As, ChargePlateauModel& model) {
   const double held = error_As / above_weight_sigma * (error_As / above_weight_sigma);
   double pp = 0.0;
@@ -59,7 +59,7 @@ void solve(const std::vector<KnownCharge>& known, double error_As, ChargePlateau
   model.above_weight = (pp * ac - pa * pc) / determinant;
 }
 
-/// Sums up how far off an estimate is.
+/// Accumulates the deviation of an estimate.
 class Scorer {
  public:
   explicit Scorer(double rated_As) : rated_As_(rated_As) {}
@@ -88,7 +88,7 @@ class Scorer {
   std::size_t count_ = 0;
 };
 
-/// What both estimators say after each charge.
+/// Both estimates after each charge.
 class Follower {
  public:
   explicit Follower(const HealthPlan& plan) : plan_(plan) {
@@ -96,7 +96,7 @@ class Follower {
         {.capacity_As = plan.rated_As, .rated_As = plan.rated_As, .loss_share_per_cycle = plan.loss_share_per_cycle});
   }
 
-  /// Between two charges the cell has been emptied.
+  /// Ages the estimate by the charge and by the discharge before it: the cell is emptied between two charges.
   void use(const Charge& charge) {
     for (const CellSample& sample : charge.samples) {
       estimate_.pass(sample.passed_s, 2.0 * std::abs(sample.mean_current_A) * sample.passed_s);
@@ -109,7 +109,7 @@ class Follower {
       const CapacityPair pair = capacity_pair(plan_.model, *shown, bench_sensor);
       row.single_As = pair.charge_As;
       row.single_sigma_As = pair.charge_sigma_As;
-      static_cast<void>(estimate_.take(pair));  // an absurd one is told, and not learned
+      static_cast<void>(estimate_.take(pair));  // an implausible one is returned, and not learned
     }
     if (estimate_.pairs() > 0) {
       row.told_As = estimate_.capacity_As();

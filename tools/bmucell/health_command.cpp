@@ -117,7 +117,7 @@ std::string svg_of_health(const HealthResult& result) {
   return svg_of(std::filesystem::path(result.file).filename().string(), {std::move(capacity)});
 }
 
-/// The weights, fitted if they were not given; nothing, and a complaint, if that is not possible.
+/// Determines the weights, fitted if they were not given; false after an error message if that is not possible.
 bool find_weights(const HealthOptions& options, Told& told) {
   told.model = options.plan.model;
   if (options.fit_charges.empty()) return true;

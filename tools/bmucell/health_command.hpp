@@ -1,11 +1,11 @@
-// bmucell health: charges and capacity tests in, figures out.
+// bmucell health: scores the capacity estimation on charges and capacity tests.
 #pragma once
 
 #include "tools/bmucell/options.hpp"
 
 namespace bmu::cell {
 
-/// The exit code.
+/// Returns the exit code.
 [[nodiscard]] int run_health(const HealthOptions& options);
 
 }  // namespace bmu::cell

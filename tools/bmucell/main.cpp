@@ -1,4 +1,4 @@
-// bmucell: cell files from recorded tests, and estimators scored on recordings.
+// bmucell: fits cell files to recorded tests, and scores estimators on recordings.
 #include "tools/bmucell/eval_command.hpp"
 #include "tools/bmucell/fit_command.hpp"
 #include "tools/bmucell/health_command.hpp"

@@ -224,7 +224,7 @@ void declare_health(CLI::App& app, HealthOptions& options, HealthTyped& typed) {
   app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
 }
 
-/// What CLI11 cannot check.
+/// Checks that CLI11 cannot make, and unit conversions.
 void conclude(HealthOptions& options, const HealthTyped& typed) {
   constexpr double hour_s = 3600.0;
   constexpr double percent = 0.01;

@@ -24,15 +24,15 @@ using exit_codes::exit_usage;
 struct FitOptions {
   std::vector<std::string> files;
   std::vector<std::string> slow_files;
-  std::string base;  // the cell file that everything not fitted is taken from
+  std::string base;  // the cell file that provides everything not fitted
   std::string out;   // empty: standard output
   std::string svg;
   std::string name;    // empty: the base's
-  std::string origin;  // empty: says which files it was fitted to
+  std::string origin;  // empty: names the files it was fitted to
   std::vector<double> temperatures_C;
   std::optional<double> capacity_Ah;
   std::optional<double> charge_efficiency;
-  std::vector<double> pair_times_s;  // none, or one for each pair
+  std::vector<double> pair_times_s;  // empty, or one for each RC element
   std::optional<double> activation_K;
   std::optional<double> begin_soc_pct;  // of series without ref_soc_pct; not given: full, with a warning
   double rmse_max_mV = rmse_max_default_V * 1e3;
@@ -72,7 +72,7 @@ struct HealthOptions {
 };
 
 struct Options {
-  std::optional<FitOptions> fit;  // one of the four
+  std::optional<FitOptions> fit;  // exactly one of the four is set
   std::optional<EvalOptions> eval;
   std::optional<ResistanceOptions> resistance;
   std::optional<HealthOptions> health;
@@ -80,7 +80,7 @@ struct Options {
 
 struct ParsedOptions {
   std::optional<Options> options;
-  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+  int exit_code = exit_ok;  // if there are no options: help was requested, or the command line is wrong
 };
 
 [[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);

@@ -65,7 +65,7 @@ std::optional<double> off_pct(const PulseResult& pulse, std::size_t method) {
   return (told->resistance_Ohm / pulse.reference.resistance_Ohm - 1.0) * percent;
 }
 
-/// What was not told is an empty field.
+/// A missing value is an empty field.
 std::string field(const std::optional<double>& value, const char* form) {
   return "," + (value ? text_of(value, form) : std::string{});
 }

@@ -1,11 +1,11 @@
-// bmucell resistance: a recording with pulses and their table in, figures out.
+// bmucell resistance: scores the resistance estimation on a recording with pulses and their table.
 #pragma once
 
 #include "tools/bmucell/options.hpp"
 
 namespace bmu::cell {
 
-/// The exit code.
+/// Returns the exit code.
 [[nodiscard]] int run_resistance(const ResistanceOptions& options);
 
 }  // namespace bmu::cell

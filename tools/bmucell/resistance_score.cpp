@@ -14,7 +14,7 @@ namespace {
 constexpr double good_share = 0.05;
 constexpr double read_after_s = 10.0;
 
-/// The 2013 method on a recording.
+/// The 2013 method, applied to a recording.
 class RecordedSteps {
  public:
   RecordedSteps(const Series& series, const ExpectedResistance& expected)
@@ -64,7 +64,7 @@ class RecordedSteps {
   StepAverage average_;
 };
 
-/// The last row that is not later than so long after the pulse.
+/// The last row within `read_after_s` after the pulse.
 std::size_t reading_of(const Series& series, const FoundPulse& pulse) {
   const double until_s = series.rows[pulse.end - 1].time_s + read_after_s;
   std::size_t row = pulse.end - 1;

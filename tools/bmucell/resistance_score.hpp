@@ -1,6 +1,6 @@
-// Scores both ways of telling a cell's resistance on a recording with pulses: the recording goes through them row by
-// row, and what they say soon after each pulse is compared with what the bench's table says of it, at the temperature
-// that the table names.
+// Scores both methods of estimating a cell's resistance on a recording with pulses: the recording passes through them
+// row by row, and their estimate soon after each pulse is compared with the value in the bench's table, at the
+// temperature in the table.
 #pragma once
 
 #include <array>
@@ -21,19 +21,19 @@ enum class ResistanceMethod : unsigned char { recursive, steps };
 inline constexpr std::size_t resistance_methods = 2;
 inline constexpr std::array<std::string_view, resistance_methods> resistance_method_names{"recursive", "steps"};
 
-/// What one method said of one pulse.
+/// Estimate of one method for one pulse.
 struct ToldResistance {
   double resistance_Ohm = 0.0;
-  std::optional<double> sigma_Ohm{};  // of a method that tells it
+  std::optional<double> sigma_Ohm{};  // only of methods that estimate it
 };
 
 struct PulseResult {
   double time_s = 0.0;  // of the first row with current
   PulseRow reference;
-  std::array<std::optional<ToldResistance>, resistance_methods> told;  // none: not known yet
+  std::array<std::optional<ToldResistance>, resistance_methods> told;  // none: not yet known
 };
 
-/// Over the pulses that a method said something of; without one there are no figures.
+/// Over the pulses with an estimate of the method; without one there are no figures.
 struct ResistanceScore {
   ResistanceMethod method = ResistanceMethod::recursive;
   bool is_all = true;  // false: only pulses above 10 % of charge
@@ -42,11 +42,11 @@ struct ResistanceScore {
   std::size_t within_5_pct = 0;
   std::optional<double> rms_pct{};
   std::optional<double> max_pct{};
-  std::optional<double> mean_pct{};                // above 0: tells too much
-  std::optional<double> inside_uncertainty_pct{};  // with the table within two of the told standard deviations
+  std::optional<double> mean_pct{};                // above 0: estimates too high
+  std::optional<double> inside_uncertainty_pct{};  // with the table within two of the estimated standard deviations
 };
 
-/// Near empty a cell's resistance doubles within a few percent of charge.
+/// Near empty a cell's resistance doubles within a few percent of charge, so a second score excludes this range.
 inline constexpr double nearly_empty_soc = 0.10;
 
 struct ResistanceEvaluation {
@@ -54,10 +54,10 @@ struct ResistanceEvaluation {
   std::vector<ResistanceScore> scores;  // by method, first of all pulses, then without the nearly empty
 };
 
-/// The series needs ref_soc_pct and temp_C. `recursive` is ResistanceTracker. `steps` is what the daemon does between
-/// two pictures of the pack (StepResponse): rows stand for pictures, those whose current is that of the row before or
-/// behind for steady ones, 2.5 s for the longest time between two, and a step is an ampere or a tenth of the one-hour
-/// current, whichever is more. Read is what they say ten seconds after the pulse.
+/// The series needs ref_soc_pct and temp_C. `recursive` is ResistanceTracker. `steps` is the daemon's method between
+/// two sample sets of the pack (StepResponse): rows stand for sample sets, rows with the same current as the row before
+/// or after for steady ones, 2.5 s for the maximum time between two, and a current step is at least an ampere or a
+/// tenth of the 1C current, whichever is more. The estimates are read ten seconds after the pulse.
 [[nodiscard]] Result<ResistanceEvaluation, std::string> evaluate_resistance(const CellDynamics& cell,
                                                                             const Series& series,
                                                                             const PulseTable& table);

@@ -10,7 +10,8 @@ Line words(std::string text, Style style = Style::normal) {
   return {{std::move(text), style}};
 }
 
-/// Only what has a part in it: a cell with nothing to go, nothing bled and its switch off is as all should be.
+/// True if the cell takes part in balancing: it has charge left to bleed, bled charge, commanded minutes, or its switch
+/// on.
 bool has_part(const Reply& module, std::size_t cell) {
   return module["to_go_uAs"].at(cell).number_or(0) > 0 || module["bled_uAs"].at(cell).number_or(0) > 0 ||
          module["minutes_told"].at(cell).number_or(0) > 0 || module["is_on"].at(cell).is_true();
@@ -34,7 +35,7 @@ void add_cells(std::vector<Line>& rows, const Reply& module) {
   }
 }
 
-/// A switch that is on though nobody told it to be.
+/// Text for a switch that is on without a command.
 std::string untold_text(const Reply& element) {
   const bool is_there = element["pack_number"].number_or(0) > 0;
   return element["text"].text() + (is_there ? "" : ", which its module does not have");

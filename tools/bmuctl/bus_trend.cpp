@@ -24,7 +24,7 @@ std::int64_t rejected(const Reply& status, std::string_view reason) {
   return status["receive"]["rejected_by_reason"][reason].number_or(0);
 }
 
-/// What can go wrong on a bus. What is received is judged on the internal bus alone.
+/// Error counters of a bus. Received frames are checked on the internal bus only.
 struct TroubleRow {
   std::string_view label;
   bool of_internal_only;
@@ -48,7 +48,7 @@ bool concerns(const TroubleRow& row, const Reply& port) {
   return !row.of_internal_only || port["port"].text() == "internal";
 }
 
-/// Of a port without a bit rate of its own the one the pack file reckons with.
+/// The bit rate of the port; if it is unknown, the one planned in the pack file.
 std::optional<std::int64_t> rate_of(const Reply& port) {
   const auto found = port["rate_bit_per_s"].number();
   return found ? found : port["rate_planned_bit_per_s"].number();
@@ -63,7 +63,7 @@ Span load_span(const Reply& port, std::optional<std::int64_t> bit_per_s) {
           permille >= load_high_permille ? Style::warning : Style::normal};
 }
 
-/// Its bus stands above already, as that of another port.
+/// True if an earlier port has the same bus and is shown already.
 bool is_shown_above(const Reply& ports, std::size_t index) {
   for (std::size_t above = 0; above < index; ++above) {
     if (ports.at(above)["bus"].text() == ports.at(index)["bus"].text()) return true;

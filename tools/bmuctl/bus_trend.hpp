@@ -1,5 +1,5 @@
-// What the counters of the buses do over time: load, and whether something has gone wrong lately. From picture to
-// picture, by the daemon's own clock.
+// Trend of the bus counters: load, and whether an error counter has increased recently. Computed from successive watch
+// updates, by the daemon's clock.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@ namespace bmu {
 
 class BusTrend {
  public:
-  /// The next "status". A daemon that has started anew begins a new trend.
+  /// Adds the next "status". A restart of the daemon starts a new trend.
   void take(const Reply& status);
 
-  /// Of the last two seconds, by the port's place in "ports"; nothing until there are two pictures.
+  /// Over the last two seconds, by the port's index in "ports"; nothing until there are two samples.
   [[nodiscard]] std::optional<std::int64_t> bit_per_s(std::size_t port) const;
-  /// A counter of trouble has grown within the last ten seconds.
+  /// True if an error counter has increased within the last ten seconds.
   [[nodiscard]] bool has_grown(std::size_t port, const std::string& counter) const;
 
-  /// A row for each bus: its state, load and what goes wrong on it. `status` is the one taken last.
+  /// A row for each bus: its state, load and error counters. `status` is the one passed to take() last.
   [[nodiscard]] std::vector<Line> lines(const Reply& status) const;
 
  private:

@@ -1,4 +1,4 @@
-// The chargers as a page: where the charge is, what is asked for, and what each unit gives and says.
+// The page of the chargers: stage of the charge, requested current, output and status of each unit.
 #include <utility>
 
 #include "tools/bmuctl/text_pages.hpp"
@@ -15,13 +15,13 @@ Line stage_of(const Reply& charger) {
   return line;
 }
 
-/// As contacts and inputs have it, which may be unknown.
+/// The state of the plug by contacts and inputs, which may be unknown.
 std::string plug_of(const Reply& inputs) {
   if (!inputs["charger_connected"].is_known()) return "not known";
   return inputs["charger_connected"].is_true() ? "yes" : "no";
 }
 
-/// Of all units together. While nothing is charged they are told to stop.
+/// Request to all units together. While no charge is active, they are commanded to stop.
 Line asked_of(const Reply& charger) {
   const bool is_asked = charger["asked_mA"].number_or(0) > 0;
   const std::string most =
@@ -35,7 +35,7 @@ Line voice_of(const Reply& unit) {
   return {{ago.is_known() ? "silent for " + shown_span(ago) : "not heard yet", Style::warning}};
 }
 
-/// What it does not tell is left out.
+/// Unknown values are omitted.
 std::string mains_of(const Reply& unit) {
   std::string text;
   if (unit["mains_voltage_mV"].is_known()) text = shown(unit["mains_voltage_mV"], Unit::mV);

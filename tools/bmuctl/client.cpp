@@ -39,7 +39,7 @@ Result<Client, std::string> Client::connect(const std::string& path) {
   std::copy(path.begin(), path.end(), address.sun_path);
   OwnedFd socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   if (!socket.is_open()) return failure(explained(path, errno));
-  // Connecting and sending wait only while the daemon's queue is full, and no longer than this.
+  // connect() and send() wait only while the daemon's queue is full, and at most this long.
   const timeval at_most{.tv_sec = connect_max.count() / 1000, .tv_usec = 0};
   static_cast<void>(::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &at_most, sizeof(at_most)));
   if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
@@ -51,7 +51,8 @@ Result<Client, std::string> Client::connect(const std::string& path) {
 Result<void, std::string> Client::send_line(std::string_view line) {
   const std::string text = std::string(line) + "\n";
   const ssize_t sent = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL);
-  // Who is turned away is told why before the connection is closed, perhaps sooner than he asks: that waits to be read.
+  // A refused client gets the reason before the daemon closes the connection, perhaps before its
+  // request is sent: the reason is still in the receive queue.
   const bool is_turned_away = sent < 0 && errno == EPIPE;
   if (sent == static_cast<ssize_t>(text.size()) || is_turned_away) return {};
   return failure(std::string("the daemon takes no request: ") + std::strerror(errno));
@@ -84,7 +85,7 @@ Result<std::string, std::string> Client::read_line(std::chrono::milliseconds at_
     if (has_gone) return failure(std::string("the daemon closed the connection"));
     if (was_last_look) return failure(std::string("the daemon does not answer"));
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - steady_clock::now());
-    // An answer may have come while this process did not run: the socket is looked at once more after the deadline.
+    // An answer may have arrived while this process did not run: the socket is checked again after the deadline.
     was_last_look = left.count() <= 0;
     pollfd wait{.fd = socket_.get(), .events = POLLIN, .revents = 0};
     if (::poll(&wait, 1, was_last_look ? 0 : static_cast<int>(left.count())) > 0) has_gone = !take_in();

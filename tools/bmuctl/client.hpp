@@ -1,4 +1,4 @@
-// A connection to the daemon's status socket: lines out, lines in, and never a wait without an end.
+// A connection to the daemon's status socket: sends and receives lines, and every wait has a limit.
 #pragma once
 
 #include <chrono>
@@ -13,16 +13,16 @@ namespace bmu {
 
 class Client {
  public:
-  /// The error is a sentence for people.
+  /// The error is a sentence for the user.
   [[nodiscard]] static Result<Client, std::string> connect(const std::string& path);
 
   [[nodiscard]] Result<void, std::string> send_line(std::string_view line);
-  /// The next line, at most so long from now.
+  /// The next line, after at most `at_most` from now.
   [[nodiscard]] Result<std::string, std::string> read_line(std::chrono::milliseconds at_most);
 
-  /// For a loop of one's own: readable when there is something to take in.
+  /// For a caller's own loop: readable when take_in() has something to read.
   [[nodiscard]] int fd() const { return socket_.get(); }
-  /// Takes in what is there, without waiting. False: the daemon has gone.
+  /// Reads the available bytes without waiting. False: the daemon closed the connection.
   [[nodiscard]] bool take_in();
   [[nodiscard]] std::optional<std::string> next_line();
 

@@ -1,4 +1,4 @@
-// The page of "bmuctl faults": what is wrong and what was, then for each of these what is remembered and what to do.
+// The page of "bmuctl faults": present and past faults, then for each of these the freeze frame and the action.
 #include <array>
 #include <utility>
 
@@ -8,13 +8,13 @@ namespace bmu {
 
 namespace {
 
-/// Confirmed in this life or a former one, or on its way to it.
+/// Confirmed in this session or a previous one, or pending.
 bool has_something(const Reply& fault) {
   return fault["count"].number_or(0) > 0 || fault["is_present"].is_true() || fault["is_warning"].is_true() ||
          fault["stage"].text() != "good";
 }
 
-/// Worth a row: something was seen, or the pack file has its own reaction.
+/// True if the fault gets a row: it was detected, or the pack file sets its reaction.
 bool is_listed(const Reply& fault) {
   return has_something(fault) || fault["usual_reaction"].is_known();
 }
@@ -34,7 +34,7 @@ Line row_line(const Reply& fault, const Reply& modules) {
           plain(fault_details(fault, modules))};
 }
 
-/// "; " between what is there.
+/// Joins non-empty parts with "; ".
 void add_part(std::string& text, const std::string& part) {
   if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
 }
@@ -43,7 +43,7 @@ struct FrameRow {
   std::string_view label;
   std::string_view key;  // with its unit
   Unit unit;
-  std::string_view place = {};  // the key of where that was
+  std::string_view place = {};  // the key of the position of the value
 };
 constexpr std::array frame_table{
     FrameRow{"pack", "pack_voltage_mV", Unit::mV},
@@ -74,7 +74,7 @@ std::string seen_text(const Reply& fault) {
   return std::to_string(count) + " times, first " + shown_time(fault["first_unix_time_ms"]) + ", last " + last;
 }
 
-/// What stood in the pack's values when the fault was last believed.
+/// The freeze frame: values of the pack when the fault was last confirmed.
 std::string frame_text(const Reply& frame) {
   std::string text;
   for (const FrameRow& row : frame_table) {
@@ -98,7 +98,7 @@ std::string names_that_are(const Reply& object, bool wanted) {
   return names.empty() ? "none" : names;
 }
 
-/// How contactors and inputs stood.
+/// States of contactors and inputs.
 std::string switches_text(const Reply& frame) {
   std::string text;
   if (frame["outputs"].is_known()) add_part(text, "commanded on: " + names_that_are(frame["outputs"], true));

@@ -11,7 +11,7 @@ namespace {
 constexpr int permille_decimals = 1;
 constexpr int resistance_decimals = 2;
 
-/// The truth lies within two standard deviations in some 95 of 100 cases.
+/// The true value lies within two standard deviations in about 95 of 100 cases.
 std::string within(const Reply& sigma, Unit unit, int decimals) {
   const auto one = sigma.number();
   return one ? " (+- " + shown_short(2 * *one, unit, decimals) + ")" : std::string{};
@@ -38,7 +38,7 @@ Line words(std::string text, Style style = Style::normal) {
   return {{std::move(text), style}};
 }
 
-/// "12.35": how often the whole capacity was taken out.
+/// "12.35": discharged capacity in multiples of the whole capacity.
 std::string cycles_text(const Reply& permille) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2f", static_cast<double>(permille.number_or(0)) / 1e3);

@@ -60,7 +60,7 @@ std::string is_choice(const std::string& text) {
   return cell_choice_from(text) ? "" : complain(text, cell_choice_form);
 }
 
-/// Standard output in large pieces: a month is some hundred megabytes of CSV.
+/// Buffers standard output: a month is some hundred megabytes of CSV.
 class Output {
  public:
   Output() = default;
@@ -88,13 +88,13 @@ struct Shown {
   bool with_colour = false;
 };
 
-/// The newest life's: the columns of all rows.
+/// The layout of the newest session: the columns of all rows.
 const HistoryLayout& newest_layout(const HistoryReader& history) {
   static const HistoryLayout none;
   return history.lives().empty() ? none : history.lives().back().layout;
 }
 
-/// Those in the modules of the cells.
+/// The sensors in the modules of the cells.
 std::vector<HistoryPlace> sensors_beside(const std::vector<HistoryPlace>& cells, const HistoryLayout& layout) {
   std::vector<HistoryPlace> sensors;
   for (const HistoryPlace& sensor : layout.sensors()) {
@@ -105,7 +105,7 @@ std::vector<HistoryPlace> sensors_beside(const std::vector<HistoryPlace>& cells,
   return sensors;
 }
 
-/// The word for cells that no life had; "" if there is none, or no life at all.
+/// The selector that no cell of any session matches; "" if there is none, or no session at all.
 std::string nobody_of(const HistoryReader& history, const CellChoice& choice) {
   std::vector<HistoryPlace> cells;
   for (const HistoryLife& life : history.lives()) {
@@ -115,7 +115,7 @@ std::string nobody_of(const HistoryReader& history, const CellChoice& choice) {
   return cells.empty() ? "" : meant_by_none(choice, cells);
 }
 
-/// How many were shown.
+/// Returns the number of rows shown.
 std::size_t show_rows(const HistoryReader& history, report::ClockedSpan& span, const Shown& shown) {
   Output out;
   const std::vector<HistoryPlace> cells = chosen(shown.cells, newest_layout(history).cells());
@@ -169,7 +169,7 @@ bool has_event(HistoryReader& history) {
   return is_found;
 }
 
-/// Neither a minute nor, where events are asked for, an event of any time.
+/// True without any minute and, if events are requested, without any event at any time.
 bool is_nothing_recorded(HistoryReader& history, bool of_events) {
   return history.has_no_minute_yet() && !(of_events && has_event(history));
 }
@@ -197,7 +197,7 @@ void say_nothing_there(HistoryReader& history, const char* what) {
               local_time_text(*covered.from_unix_ms).c_str(), local_time_text(*covered.to_unix_ms).c_str());
 }
 
-/// On standard error, as what is shown may be read by a program.
+/// On standard error, because a program may read standard output.
 void say_of_no_time(std::size_t rows) {
   if (rows == 0) return;
   std::fprintf(

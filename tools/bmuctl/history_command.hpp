@@ -1,4 +1,4 @@
-// bmuctl history: what the pack did, from the database itself; the daemon need not run.
+// bmuctl history: rows and events of the pack, read from the database itself; the daemon need not run.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace bmu {
 
-/// What the command line has for all commands.
+/// Options of the command line that apply to all commands.
 struct HistoryCommandContext {
-  std::string socket;  // of a daemon that may know where the database is
+  std::string socket;  // of a daemon that may report the path of its database
   bool json = false;
   bool with_colour = false;
 };
@@ -18,7 +18,7 @@ class HistoryCommand {
  public:
   void add_to(CLI::App& app);
   [[nodiscard]] bool is_given() const { return command_ != nullptr && command_->parsed(); }
-  /// The exit code.
+  /// Returns the exit code.
   [[nodiscard]] int run(const HistoryCommandContext& context) const;
 
  private:

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* file_of_service = "/var/lib/bmud/history.sqlite";
 constexpr std::chrono::milliseconds answer_max{500};
 
-/// What the daemon says, if one runs.
+/// The path that the daemon reports, if one runs.
 std::string file_of_daemon(const std::string& socket) {
   auto client = Client::connect(socket);
   if (!client || !client->send_line(R"({"cmd":"status"})")) return "";

@@ -1,4 +1,4 @@
-// Where a history is that nobody has named.
+// Default path of the history, if the user gives none.
 #pragma once
 
 #include <string>

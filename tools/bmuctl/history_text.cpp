@@ -29,7 +29,7 @@ std::string local_text(const HistoryNumber& unix_ms) {
   return unix_ms ? local_time_text(*unix_ms) : "time not known";
 }
 
-/// Without what a terminal would obey: the control characters, and those of the upper half, C2h 80h to C2h 9Fh.
+/// Replaces what a terminal would execute: the control characters, and those of the upper half, C2h 80h to C2h 9Fh.
 std::string harmless(std::string_view text) {
   std::string shown;
   for (const char one : text) {
@@ -70,7 +70,7 @@ std::string values(std::span<const HistoryColumn<Row>> columns, const Row& row) 
   return line;
 }
 
-/// Where the same place is in another layout's list; none if it is not there.
+/// The same position in another layout's list; null if it is not there.
 const HistoryPlace* find(const HistoryPlace& wanted, const std::vector<HistoryPlace>& in) {
   const auto found = std::find_if(in.begin(), in.end(), [&](const HistoryPlace& place) {
     return place.module == wanted.module && place.place == wanted.place && place.is_board == wanted.is_board;
@@ -149,7 +149,7 @@ std::string line_of(const Json& json) {
 Span dim(std::string text) {
   return {std::move(text), Style::dim};
 }
-/// What rounds to nothing has no sign.
+/// A value that rounds to zero has no sign.
 Span shown(const HistoryNumber& value, Unit unit, int decimals) {
   const std::string text = shown_short(value, unit, decimals);
   const bool is_nothing = text.starts_with('-') && text.find_first_of("123456789") == std::string::npos && value;
@@ -281,7 +281,7 @@ Page HistoryTable::page() const {
   Page page;
   for (const OfLife& table : tables_) {
     page.add({dim(table.heading)});
-    // All numbers stand to the right; time, state and faults do not.
+    // All numbers are right-aligned; time, state and faults are not.
     std::vector<std::size_t> right;
     for (std::size_t column = 1; column + 2 < table.rows.front().size(); ++column) right.push_back(column);
     page.add_table(table.rows, right);

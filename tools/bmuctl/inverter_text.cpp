@@ -1,4 +1,4 @@
-// The inverter as a page: whether it is heard, what it is told, what it says.
+// The page of the inverter: whether it is received, the values sent to it, the values it reports.
 #include <utility>
 
 #include "tools/bmuctl/text_pages.hpp"

@@ -9,7 +9,7 @@ namespace {
 
 constexpr char escape = '\033';
 
-/// What stands behind the escape. Terminals differ in which of these they send.
+/// The bytes after the escape character. Terminals differ in which of these they send.
 struct SequenceRow {
   std::string_view text;
   KeyKind kind;
@@ -22,7 +22,7 @@ constexpr std::array sequence_table{
     SequenceRow{"[4~", KeyKind::end},  SequenceRow{"[8~", KeyKind::end},
 };
 
-/// Bytes of the sequence behind an escape; 0 if its end has not come.
+/// Number of bytes of the sequence after an escape; 0 if it is incomplete.
 std::size_t sequence_length(std::string_view text) {
   if (text.empty()) return 0;
   if (text[0] == 'O') return text.size() < 2 ? 0 : 2;
@@ -34,7 +34,7 @@ std::size_t sequence_length(std::string_view text) {
 }  // namespace
 
 std::vector<Key> KeyReader::take(std::string_view bytes) {
-  constexpr std::size_t sequence_max = 32;  // nobody's key is longer: somebody pastes
+  constexpr std::size_t sequence_max = 32;  // no key is longer: longer input is pasted text
   pending_ += bytes;
   std::vector<Key> keys;
   std::string_view left = pending_;

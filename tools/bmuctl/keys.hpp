@@ -1,5 +1,5 @@
-// Keys out of the bytes that a terminal sends for them: letters as they are, and the sequences of cursor keys, which
-// may arrive in pieces.
+// Converts the bytes of a terminal to keys: letters as they are, and the sequences of cursor keys, which may arrive in
+// pieces.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ enum class KeyKind : std::uint8_t { letter, up, down, page_up, page_down, home, 
 
 struct Key {
   KeyKind kind = KeyKind::letter;
-  char letter = 0;  // of a letter; control characters, too
+  char letter = 0;  // of a letter; including control characters
 };
 
 class KeyReader {
  public:
-  /// All keys that are complete now. Sequences of other keys are left out.
+  /// All keys that are complete now. Sequences of other keys are ignored.
   [[nodiscard]] std::vector<Key> take(std::string_view bytes);
-  /// Nothing has come for a while: what looked like the beginning of a sequence was the escape key.
+  /// Called when no byte arrived within a wait: a pending start of a sequence was the escape key.
   [[nodiscard]] std::vector<Key> pause();
 
  private:

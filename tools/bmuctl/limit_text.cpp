@@ -10,7 +10,7 @@ std::string key(std::string_view name, Unit unit) {
   return std::string(name) + "_" + std::string(spec_of(unit).token);
 }
 
-/// "zero at 2.8000 V", "held at 4.2225 V" or "25 % are left"; "" of what has none of these.
+/// "zero at 2.8000 V", "held at 4.2225 V" or "25 % are left"; "" without any of these.
 std::string effect(const Reply& limit, Unit unit) {
   const Reply threshold = limit[key("threshold", unit)];
   const Reply holds = limit[key("holds", unit)];

@@ -1,4 +1,4 @@
-// Why a limit is where it is, in the few words that fit beside it.
+// The reason for a limit, as a short text beside it.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace bmu {
 
-/// Of one of the limits in "status": what was seen where, and what it does with the current.
+/// For one of the limits in "status": the value, its position, and its effect on the current.
 /// "cell voltage low: cell 2.7 (no. 19) at 2.9001 V, zero at 2.8000 V"; "component: main fuse"; "continuous limit"
 [[nodiscard]] std::string limit_reason(const Reply& limit);
 
-/// The same in at most `width` columns, if leaving out what the limit does with the current makes it fit.
+/// The same in at most `width` columns, if omitting the effect on the current makes it fit.
 [[nodiscard]] std::string limit_reason(const Reply& limit, std::size_t width);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// bmuctl: asks the daemon, and shows the answer.
+// bmuctl: queries and commands the daemon, and shows its answer.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,9 +27,9 @@ using exit_codes::exit_ok;
 constexpr int exit_no_answer = 1;
 constexpr int exit_still_present = 3;
 constexpr std::chrono::milliseconds answer_max{2000};
-/// A pack file is read from a disk, one life of the daemon ends and another begins.
+/// The daemon reads a pack file from a disk, ends its session and starts another.
 constexpr std::chrono::milliseconds reload_answer_max{30'000};
-/// Pictures of an assignment under way, 50 ms apart: more than twice what it may take.
+/// Updates during an assignment, 50 ms apart: together more than twice its maximum duration.
 constexpr int assignment_period_ms = 50;
 constexpr int assignment_pictures_max = 80;
 
@@ -113,16 +113,16 @@ have of the same time is shown once.
 Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but a recording or
 the history is damaged, or one of several files is no recording: the page says where.)";
 
-/// A command that is one question and one answer.
+/// A command with one request and one answer.
 struct CommandRow {
   const char* name;
   const char* asks;  // the daemon's command
   const char* help;
   Page (*page)(const Reply&);
   const char* prints;
-  const char* example;                          // behind "bmuctl "
-  const char* page_also_asks = nullptr;         // a second question, whose answer the page finds under its name
-  bool (*falls_short)(const Reply&) = nullptr;  // was answered, and did not do all that was asked for
+  const char* example;                          // the text after "bmuctl "
+  const char* page_also_asks = nullptr;         // a second request; the page finds its answer under this name
+  bool (*falls_short)(const Reply&) = nullptr;  // true if the daemon answered, but did not do all that was requested
   const char* when_short = nullptr;
   std::chrono::milliseconds answer_max = ::answer_max;
 };
@@ -225,7 +225,7 @@ constexpr std::array command_table{
                .answer_max = reload_answer_max},
 };
 
-/// What the help of one command has beside its options.
+/// Help text of one command in addition to its options.
 std::string footer_of(const CommandRow& row) {
   std::string codes = "0 answered; 1 no daemon answers, it went away or it refused; 2 command line";
   if (row.when_short != nullptr) codes += "; 3 answered, but " + std::string(row.when_short);
@@ -241,7 +241,7 @@ struct Options {
   double period_s = 0;
   bool reconnect = false;
   bool authorised = false;
-  std::string fault;  // the name of one; "": all that were seen
+  std::string fault;  // the name of one; "": all that occurred
   std::uint64_t serial_number = 0;
   std::uint64_t node = 0;  // 0: none given
   bool unheard = false;
@@ -311,7 +311,7 @@ int ask(const CommandRow& row, const Options& options) {
   return status;
 }
 
-/// "a, b and c" would be 83 names: those that have the word in them, or where to find all.
+/// Suggests the fault names that contain `name`, or the command that lists all of the more than 100 names.
 std::string no_such_fault(const std::string& name, const Reply& faults) {
   std::string alike;
   for (std::size_t i = 0; i < faults.size(); ++i) {
@@ -322,7 +322,7 @@ std::string no_such_fault(const std::string& name, const Reply& faults) {
          (alike.empty() ? "; all names: bmuctl --json faults | jq -r .faults[].name" : ", but " + alike);
 }
 
-/// One fault by its name, whether it was ever seen or not.
+/// Shows one fault by its name, whether it ever occurred or not.
 int ask_fault(const Options& options) {
   auto client = Client::connect(options.socket);
   if (!client) return fail(client.error());
@@ -345,7 +345,8 @@ int ask_fault(const Options& options) {
   return command_line::exit_usage;
 }
 
-/// The assignment this connection asked for, once it is over; null if the daemon had another to tell of, or none.
+/// The assignment of this connection once it is over; the error if the daemon reports another assignment or does not
+/// report the end.
 Result<nlohmann::json, std::string> assignment_end(std::int64_t number, Client& client) {
   if (auto sent = client.send_line(nlohmann::json{{"cmd", "watch"}, {"period_ms", assignment_period_ms}}.dump());
       !sent) {
@@ -440,7 +441,7 @@ void add_report(CLI::App& app, ReportOptions& options) {
   report->add_option("--to", options.to, "up to this time")->type_name("TIME");
 }
 
-/// Returns the watch command, which has options of its own.
+/// Returns the watch command, which has its own options.
 const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
   app.add_flag("--json", options.json, "the daemon's own answer, a line of JSON");

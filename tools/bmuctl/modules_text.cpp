@@ -1,4 +1,4 @@
-// The pages of "bmuctl modules": who is there and who should be, and how each answers.
+// The pages of "bmuctl modules": the present and the configured modules, and how each answers.
 #include <utility>
 
 #include "tools/bmuctl/text_pages.hpp"
@@ -95,7 +95,7 @@ void add_stranger(Page& page, const Reply& stranger) {
   page.add({{"An extra module at node " + shown(stranger["node"], Unit::none) + ": " + who + ".", Style::bad}});
 }
 
-/// Whose they are, and what stands in for what they cannot do.
+/// The origin of the modules, and the substitutes for the functions that they lack.
 void add_foreign(Page& page, const Reply& foreign) {
   page.add_field("Speak", {plain(foreign["title"].text())});
   for (std::size_t i = 0; i < foreign["cannot"].size(); ++i) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int contactors_width = 34;
 constexpr int cell_rows_min = 2;
-constexpr int bar_length_min = 4;  // a shorter one says nothing
+constexpr int bar_length_min = 4;  // a shorter one is meaningless
 
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -103,7 +103,7 @@ void draw_bar(const BarRow& bar, const Glyphs& glyphs, int row, int column, Canv
   }
 }
 
-/// Where a pack voltage lies between all cells at their lower and all at their upper limit.
+/// Position of a pack voltage between all cells at their lower and all at their upper limit.
 double voltage_share(const Reply& reply, std::int64_t voltage_mV) {
   const Reply limits = reply["cells"]["cell_voltage_limits"];
   const auto cells = static_cast<double>(reply["status"]["pack"]["cell_count"].number_or(1));
@@ -142,7 +142,7 @@ BarRow soc_bar(const Reply& reply) {
   const Reply soc = reply["status"]["charge"]["soc_permille"];
   const auto number = soc.number();
   const auto sigma = reply["status"]["charge"]["soc_sigma_permille"].number();
-  // The truth lies within two standard deviations in some 95 of 100 cases.
+  // The true value lies within two standard deviations in about 95 of 100 cases.
   const std::string doubt = sigma ? " +-" + shown_short(2 * *sigma, Unit::permille, 1) : "";
   BarRow bar{.label = "SOC",
              .value = shown(soc, Unit::permille) + doubt,
@@ -153,7 +153,7 @@ BarRow soc_bar(const Reply& reply) {
   return bar;
 }
 
-/// "discharge  40.000 A  cell voltage low: cell 2.7 (no. 19) at 2.9000 V, zero at 2.8000 V", as much of it as fits.
+/// "discharge  40.000 A  cell voltage low: cell 2.7 (no. 19) at 2.9000 V, zero at 2.8000 V", as far as it fits.
 Line limit_line(std::string_view name, const Reply& limit, const Reply& for_long, int width) {
   const bool is_reduced = limit["cause"].text() != "continuous limit" && limit["cause"].text() != "peak";
   const std::string value = shown(limit["limit_mA"], Unit::mA);
@@ -168,13 +168,13 @@ Line limit_line(std::string_view name, const Reply& limit, const Reply& for_long
           {"  " + reason, is_reduced ? Style::warning : Style::dim}};
 }
 
-/// Where a charge is, while somebody is plugged in; empty where no charger is driven.
+/// The stage of a charge while a vehicle is plugged in; empty if no charger is controlled.
 std::string charge_stage(const Reply& status) {
   const std::string stage = status["charger"].is_known() ? status["charger"]["stage"].text() : "off";
   return stage == "off" ? "" : "charge: " + stage;
 }
 
-/// Where a charge is and what the cells' switches do, or how the last closing went.
+/// The charge stage and the bleeding cells, or the result of the last closing.
 void draw_doing(const Reply& status, int row, Canvas& canvas) {
   const Reply precharge = status["last_precharge"];
   const auto on = status["balancing"]["cells_on"].number_or(0);
@@ -209,7 +209,7 @@ void draw_values(const Reply& reply, const Glyphs& glyphs, int row, Canvas& canv
   canvas.put(row + 5, 1, limit_line("charge     ", limits["charge"], limits["charge_continuous"], canvas.width()));
 }
 
-/// "cell 2.7 (no. 19)", or "2.7" where that is too long.
+/// "cell 2.7 (no. 19)", or "2.7" if that is too long.
 std::string place_text(const Reply& at, bool is_short) {
   if (!is_short) return at["text"].text();
   return std::to_string(at["module"].number_or(0)) + "." + std::to_string(at["number"].number_or(0));
@@ -255,7 +255,7 @@ constexpr std::array topic_table{
     TopicRow{PictureTopic::help, "Help"},
 };
 
-/// The last row: the keys, and on the right where one is.
+/// Draws the last row: the keys, and the position on the right.
 void draw_keys(const PictureView& view, const std::string& where, Canvas& canvas) {
   const int row = canvas.height() - 1;
   canvas.put(row, 0, std::string(static_cast<std::size_t>(canvas.width()), ' '));
@@ -281,11 +281,11 @@ PictureExtent draw_overview(const Reply& reply, const PictureView& view, const B
   draw_values(reply, glyphs, values_row, canvas);
   draw_spread(reply["status"], glyphs, spread_row, canvas);
 
-  const int end = canvas.height() - 1;  // of all but the keys
+  const int end = canvas.height() - 1;  // of all rows except the keys
   const std::vector<Line> foot = foot_lines(reply, trend, glyphs, canvas.width());
   const int room = end - cells_row - static_cast<int>(foot.size());
   const CellsDrawn cells = draw_cells(reply["cells"], view, glyphs, cells_row, std::max(room, cell_rows_min), canvas);
-  // Where there is room to spare, an empty line tells the cells from the rest.
+  // If there is room to spare, an empty line separates the cells from the lines below.
   int row = cells_row + cells.rows + (room > cells.rows ? 1 : 0);
   for (const Line& line : foot) canvas.put(row++, 0, line);
   if (row > end) put_more(row - end + 1, end - 1, canvas);

@@ -1,4 +1,4 @@
-// The cells of all modules, in the form that fits.
+// Draws the cells of all modules, in the form that fits.
 //
 //   large    M1   ▅▅▅▅  ▅▅▅▅b ▅▅▅▅     numbers  M1   3.894▼ 3.897b 3.903▲     small  M1  ▅▼▅b▅▲  3.89V 25C
 //                 3.89▼ 3.90  3.90▲
@@ -16,7 +16,7 @@ constexpr int label_width = 5;
 constexpr int small_label_width = 4;
 constexpr int bar_height_max = 4;
 
-/// The voltages that a bar of no and of full height stands for.
+/// Voltages of an empty and of a full bar.
 struct Scale {
   std::int64_t low_uV = 0;
   std::int64_t high_uV = 1;
@@ -40,7 +40,7 @@ Scale scale_of(const Reply& cells, bool spans_cells) {
 
 // --- one cell -------------------------------------------------------------------------------------------------------
 
-/// Whether this cell is the lowest or highest of the pack; "" for neither.
+/// The mark of the lowest or highest cell of the pack; "" for neither.
 std::string_view mark_of(const CellsView& view, const Reply& module, std::size_t cell) {
   const auto is_at = [&](const Reply& element) {
     return element.is_known() && element["module"].number_or(0) == module["node"].number_or(0) &&
@@ -56,7 +56,7 @@ bool is_bled(const Reply& module, std::size_t cell) {
   return module["balancing"].at(cell).is_true();
 }
 
-/// In the one column that a small bar has beside it.
+/// The mark in the one column beside a small bar.
 std::string_view small_mark(const CellsView& view, const Reply& module, std::size_t cell) {
   const std::string_view mark = mark_of(view, module, cell);
   if (!is_bled(module, cell)) return mark.empty() ? " " : mark;
@@ -75,8 +75,8 @@ Style style_of_bar(const CellsView& view, const Reply& module, std::size_t cell)
   return is_bled(module, cell) && style != Style::bad && style != Style::warning ? Style::active : style;
 }
 
-/// What stands in this row of a bar of so many rows, 0 the lowest: at least an eighth of the lowest, so that a cell is
-/// seen. "" above the bar.
+/// The glyph in this row of a bar of `rows` rows, 0 the lowest: at least an eighth of the lowest, so that a cell is
+/// visible. "" above the bar.
 std::string_view level_of(const CellsView& view, const Reply& value, int row, int rows) {
   const auto number = value.number();
   if (!number) return row == 0 ? "?" : "";
@@ -136,7 +136,7 @@ void draw_large_bars(const CellsView& view, const Reply& module, int decimals, i
   }
 }
 
-/// Cells `first` to `last` of it; both marks have room behind a number only without the bars above.
+/// Draws the cells `first` to `last` of a module; both marks fit after a number only without the bars above.
 void draw_numbers(const CellsView& view, const Reply& module, std::size_t first, std::size_t last, int decimals,
                   int row, bool with_bled, Canvas& canvas) {
   for (std::size_t i = first; i < last; ++i) {
@@ -197,7 +197,7 @@ enum class Kind : std::uint8_t { large, numbers, small };
 struct Form {
   Kind kind = Kind::small;
   int decimals = 2;
-  bool with_details = false;  // behind the bars and numbers a row of temperatures, or beside small bars values
+  bool with_details = false;  // large bars and numbers: a row of temperatures; small bars: values
   int bar_rows = 1;
   int rows_per_module = 1;
   int modules_per_row = 1;
@@ -217,7 +217,7 @@ int cells_max(const Reply& modules) {
   return static_cast<int>(most);
 }
 
-/// The last cell needs no space behind it.
+/// The last cell needs no space after it.
 bool fits_across(int cells, int decimals, int width) {
   return label_width + cells * cell_step(decimals) - 1 <= width;
 }
@@ -238,7 +238,7 @@ Form numbers_form(int cells, int width) {
   return {.kind = Kind::numbers, .decimals = decimals, .rows_per_module = (cells + per_row - 1) / per_row};
 }
 
-/// With bars as high as the rows allow that are left.
+/// With bars as high as the remaining rows permit.
 Form with_higher_bars(Form form, int count, int rows) {
   const int lines = std::max(form.rows_for(count) / form.rows_per_module, 1);
   const int more = std::clamp(rows / lines - form.rows_per_module, 0, bar_height_max - 1);
@@ -247,7 +247,7 @@ Form with_higher_bars(Form form, int count, int rows) {
   return form;
 }
 
-/// The most detailed in which all of them fit; else the smallest.
+/// The most detailed form in which all modules fit; else the smallest.
 Form fitting_form(int count, int cells, int rows, int width) {
   for (const bool with_details : {true, false}) {
     for (const int decimals : {3, 2}) {

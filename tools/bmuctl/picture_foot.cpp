@@ -1,4 +1,4 @@
-// What stands below the cells, and the pages behind the picture.
+// The lines below the cells, and the pages behind the overview.
 #include <algorithm>
 #include <array>
 
@@ -15,7 +15,7 @@ constexpr std::size_t fault_rows_max = 2;
 constexpr std::size_t opening_rows_max = 3;
 constexpr std::size_t page_indent = 12;
 
-/// The first rows of it, set in; what is left out is marked.
+/// Adds the first rows of a wrapped line, indented; an omission is marked.
 void add_wrapped(std::vector<Line>& lines, const Line& line, std::size_t rows_max, const Glyphs& glyphs, int width) {
   constexpr std::size_t indent = 3;
   std::vector<Line> rows = wrapped(line, static_cast<std::size_t>(std::max(width - 1, 10)), indent);

@@ -1,4 +1,4 @@
-// What a reload has changed.
+// The page of a reload: changed values.
 #include <utility>
 
 #include "tools/bmuctl/text_pages.hpp"

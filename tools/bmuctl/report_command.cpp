@@ -37,7 +37,7 @@ using exit_codes::exit_usage;
 constexpr std::int64_t us_per_ms = 1000;
 constexpr std::int64_t us_per_day = 86'400'000'000;
 constexpr std::size_t holes_told_max = 10;
-/// What every SQLite database begins with (sqlite.org/fileformat2.html).
+/// First bytes of every SQLite database (sqlite.org/fileformat2.html).
 constexpr std::string_view sqlite_mark{"SQLite format 3\0", 16};
 
 int fail(const std::string& what, int status = exit_system) {
@@ -45,7 +45,7 @@ int fail(const std::string& what, int status = exit_system) {
   return status;
 }
 
-/// How far it is, on a terminal, four times a second.
+/// Shows the progress on a terminal, four times a second.
 class Progress {
  public:
   Progress() : is_shown_(::isatty(STDERR_FILENO) != 0) {}
@@ -77,7 +77,7 @@ class Progress {
 
 std::string beside(const std::string& file) {
   std::filesystem::path path(file);
-  // "drive.log.zst" has two.
+  // "drive.log.zst" has two extensions.
   if (path.extension() == ".zst" || path.extension() == ".gz") path.replace_extension();
   return path.replace_extension(".html").string();
 }
@@ -88,7 +88,7 @@ Result<void, std::string> write_page(const std::string& page, const std::string&
   return {};
 }
 
-/// What is shown, and whether all of it could be read.
+/// The data to show, and whether all of it could be read.
 struct Loaded {
   report::ReportData data;
   bool is_whole = true;
@@ -107,7 +107,7 @@ bool is_database(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::string begin(sqlite_mark.size(), '\0');
   in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  // One whose begin is damaged is called by its name.
+  // A database with a damaged header is recognised by its name.
   return begin == sqlite_mark || std::filesystem::path(file).filename().string().find(".sqlite") != std::string::npos;
 }
 
@@ -179,7 +179,7 @@ void warn(const report::ReportData& data) {
   if (shown < data.holes.size()) std::fprintf(stderr, "bmuctl: and %zu more such holes\n", data.holes.size() - shown);
 }
 
-/// What is to be read, and where the page goes.
+/// The files to read, and the output of the page.
 struct Sources {
   std::string history;  // "": recordings
   report::RecordingFiles files;
@@ -201,7 +201,7 @@ Result<Sources, std::string> sources_of(const ReportOptions& options) {
   return sources;
 }
 
-/// What cannot be meant; "" if all can.
+/// The error of a contradictory command line; "" for none.
 std::string contradiction(const ReportOptions& options) {
   if (options.files.size() < 2) return "";
   for (const std::string& file : options.files) {

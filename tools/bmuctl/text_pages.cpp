@@ -53,7 +53,7 @@ Line contactor_line(const Reply& state) {
   return line;
 }
 
-/// What may flow now, why no more, and what may flow for long where that is less.
+/// The permitted current now and its reason, and the continuous one if that is lower.
 Line limit_line(const Reply& limit, const Reply& for_long) {
   Line line{plain(shown(limit["limit_mA"], Unit::mA)), {"   " + limit_reason(limit), Style::dim}};
   if (for_long["limit_mA"].number_or(0) < limit["limit_mA"].number_or(0)) {
@@ -63,7 +63,7 @@ Line limit_line(const Reply& limit, const Reply& for_long) {
   return line;
 }
 
-/// Permissible power in both directions, and its cause where that is not the one of the current beside it.
+/// Permissible power in both directions, with its cause if that differs from the cause of the current limit.
 Line power_line(const Reply& status) {
   Line line;
   const auto add = [&](const char* name, const Reply& power, const Reply& limit) {
@@ -76,7 +76,7 @@ Line power_line(const Reply& status) {
   return line;
 }
 
-/// What is asked of the chargers, and what each gives, or that it does not talk.
+/// The request to the chargers, and the output of each unit, or that its messages are missing.
 void add_charger(Page& page, const Reply& charger) {
   if (!charger.is_known()) return;
   const std::string held = charger["is_held"].is_true() ? ", the highest cell held at " : "";
@@ -101,7 +101,7 @@ void add_charger(Page& page, const Reply& charger) {
   page.add_field("Charger", std::move(line));
 }
 
-/// How the sensor is set up, where it is asked, and what two of them say.
+/// The state of the sensor's set-up, if it is polled, and the values of both sensors.
 void add_sensor(Page& page, const Reply& sensor) {
   Line line;
   for (const auto& [key, label] : {std::pair{"set_up", ""}, std::pair{"second_set_up", "   the second "}}) {
@@ -118,7 +118,7 @@ void add_sensor(Page& page, const Reply& sensor) {
   if (!line.empty()) page.add_field("Sensor", std::move(line));
 }
 
-/// What the monitor on a bus says.
+/// Values of the insulation monitor on a bus.
 void add_insulation(Page& page, const Reply& monitor) {
   if (!monitor.is_known()) return;
   Line line{plain(monitor["protocol"].text() + " " + monitor["state"].text() + "   " +
@@ -133,7 +133,7 @@ void add_insulation(Page& page, const Reply& monitor) {
   page.add_field("Insulation", std::move(line));
 }
 
-/// What the contactors have been through, over all lives of the daemon.
+/// Wear of the contactors over all sessions of the daemon.
 void add_wear(Page& page, const Reply& contactors) {
   std::vector<Line> rows{{{"Contactor", Style::dim},
                           {"closed", Style::dim},
@@ -152,7 +152,7 @@ void add_wear(Page& page, const Reply& contactors) {
   if (rows.size() > 1) page.add_table(rows, {1, 2, 3, 4, 5});
 }
 
-/// "vehicle", "charger", both or nobody.
+/// "vehicle", "charger" or both; a fixed text for none.
 std::string wish_text(const Reply& wish) {
   std::string text = wish["by_vehicle"].is_true() ? "vehicle" : "";
   if (wish["by_charger"].is_true()) text += text.empty() ? "charger" : " and charger";
@@ -172,7 +172,7 @@ Line state_line(const Reply& state) {
   return line;
 }
 
-/// What has been used of the peaks, and of the precharge resistor; nothing while nothing has.
+/// Used share of the peak currents and of the precharge resistor; nothing while both are unused.
 void add_used(Page& page, const Reply& reply) {
   const Reply overload = reply["overload"];
   if (overload["discharge_used_permille"].number_or(0) > 0 || overload["charge_used_permille"].number_or(0) > 0) {
@@ -189,7 +189,7 @@ void add_used(Page& page, const Reply& reply) {
   page.add_field("Resistor", {{text + (guard["is_cool"].is_true() ? "" : ", has to cool"), Style::warning}});
 }
 
-/// Names of what is true.
+/// Names of the flags that are true.
 std::string names_set(const Reply& flags) {
   std::string text;
   for (const std::string& name : flags.keys()) {
@@ -222,7 +222,7 @@ void add_store(Page& page, const Reply& store) {
   page.add_field("Kept", std::move(line));
 }
 
-/// What a pack beside this one tells; what it has not told lately is a dash.
+/// Values of the second pack; a value that was not received recently is a dash.
 void add_second_pack(Page& page, const Reply& pack) {
   if (!pack.is_known()) return;
   if (pack["is_silent"].is_true()) {
@@ -307,7 +307,7 @@ std::string kbit_text(const Reply& bit_per_s) {
   return text.data();
 }
 
-/// "500", "125, not 500"; nothing where there is no bit rate.
+/// "500", "125, not 500"; nothing without a bit rate.
 Span rate_span(const Reply& port) {
   if (!port["rate_bit_per_s"].is_known()) return plain("");
   const std::string found = kbit_text(port["rate_bit_per_s"]);
@@ -326,7 +326,7 @@ Style style_of_controller(std::string_view state) {
   return state == "error-warning" ? Style::warning : Style::bad;
 }
 
-/// "0 and 128": the errors counted of late in sending and in receiving.
+/// "0 and 128": the current transmit and receive error counters.
 std::string error_counters(const Reply& controller) {
   if (!controller["send_errors"].is_known()) return "--";
   return shown(controller["send_errors"], Unit::none) + " and " + shown(controller["receive_errors"], Unit::none);
@@ -422,7 +422,7 @@ void add_history(Page& page, const Reply& reply) {
   if (reply["last_opening"].is_known()) page.add_field("Opening", {plain(reply["last_opening"]["text"].text())});
 }
 
-/// The daemon names one module; how many others are silent by now is in their state.
+/// The daemon names one module; the number of other silent modules follows from their state.
 std::string others_lost(const Reply& modules, std::int64_t named) {
   int count = 0;
   for (std::size_t i = 0; i < modules.size(); ++i) {
@@ -432,7 +432,7 @@ std::string others_lost(const Reply& modules, std::int64_t named) {
   return count == 0 ? "" : " and " + std::to_string(count) + " more";
 }
 
-/// Why the clear command left this fault; "" if the daemon gives no reason.
+/// The reason why the clear command left this fault; "" if the daemon gives none.
 std::string reason_text(const std::string& fault, const Reply& reasons) {
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     if (reasons.at(i)["name"].text() == fault) return reasons.at(i)["text"].text();
@@ -440,7 +440,7 @@ std::string reason_text(const std::string& fault, const Reply& reasons) {
   return "";
 }
 
-/// The chain from what was seen to what was decided.
+/// The chain of reasons from the observation to the decision.
 void add_steps(Page& page, const std::string& title, const Reply& chain) {
   if (chain["steps"].size() == 0) return;
   page.add({});
@@ -480,7 +480,7 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   const Reply seen = fault["confirmed"].is_known() ? fault["confirmed"] : fault["worst_warning"];
   std::string text = seen["element"]["text"].text();
   if (fault["name"].text() == "module_lost") text += others_lost(modules, seen["element"]["module"].number_or(0));
-  // Only rows with a limit judge a number that says something.
+  // The value is meaningful only in rows with a threshold.
   if (fault["threshold_text"].is_known() && seen.is_known()) {
     text += (text.empty() ? "" : ": ") + seen["value_text"].text() + ", limit " + fault["threshold_text"].text();
   }
@@ -492,13 +492,13 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   return text;
 }
 
-/// The truth lies within two standard deviations in some 95 of 100 cases.
+/// The true value lies within two standard deviations in about 95 of 100 cases.
 std::string doubt_text(const Reply& sigma_permille) {
   const auto sigma = sigma_permille.number();
   return sigma ? shown_short(2 * *sigma, Unit::permille, 1) + " %" : std::string{};
 }
 
-/// Within which the truth lies in some 95 of 100 cases, and how old it was when it was kept from before.
+/// The range of the true value in about 95 of 100 cases, and the age of a restored value.
 std::string doubt_of(const Reply& charge) {
   const std::string doubt = doubt_text(charge["soc_sigma_permille"]);
   if (doubt.empty()) return {};
@@ -510,7 +510,7 @@ std::string doubt_of(const Reply& charge) {
 
 namespace {
 
-/// Only what is known: a new pack has no health yet, and one that stands is neither empty nor full soon.
+/// Shows known values only: a new pack has no health yet, and an idle pack no time to empty or full.
 void add_outlook(Page& page, const Reply& charge, const Reply& health) {
   std::string text;
   const auto add = [&text](const Reply& value, const std::string& shown_value) {

@@ -17,7 +17,7 @@ struct SpanUnit {
   std::int64_t seconds;
 };
 constexpr std::array span_units{SpanUnit{"s", 1}, SpanUnit{"min", 60}, SpanUnit{"h", 3'600}, SpanUnit{"d", 86'400}};
-// Longer ago than any history: what is beyond is a slip of the finger.
+// Longer than any history: a larger span is a typing error.
 constexpr std::int64_t span_max_s = std::int64_t{86'400} * 366 * 100;
 
 /// "2h" in ms.
@@ -39,7 +39,7 @@ std::tm local_parts(std::int64_t unix_ms) {
   return parts;
 }
 
-/// Midnight of the day so many days before.
+/// Midnight of the day `days_before` days ago.
 std::int64_t midnight_ms(std::int64_t now_unix_ms, int days_before) {
   std::tm parts = local_parts(now_unix_ms);
   parts.tm_mday -= days_before;
@@ -48,7 +48,7 @@ std::int64_t midnight_ms(std::int64_t now_unix_ms, int days_before) {
   return std::int64_t{std::mktime(&parts)} * ms_per_s;
 }
 
-/// So many digits, taken off the front.
+/// Removes `count` digits from the front.
 bool take_digits(std::string_view& text, std::size_t count, int& to) {
   if (text.size() < count) return false;
   const auto [end, error] = std::from_chars(text.data(), text.data() + count, to);
@@ -62,7 +62,7 @@ bool take(std::string_view& text, std::string_view any_of) {
   return true;
 }
 
-/// The date and what there is of a time; false if it is none.
+/// Removes the date and, if there is one, the time; false if the text has no valid date.
 bool take_date_and_time(std::string_view& text, std::tm& parts) {
   if (!take_digits(text, 4, parts.tm_year) || !take(text, "-") || !take_digits(text, 2, parts.tm_mon) ||
       !take(text, "-") || !take_digits(text, 2, parts.tm_mday)) {
@@ -102,7 +102,7 @@ std::optional<std::int64_t> calendar_time(std::string_view text) {
   parts.tm_isdst = -1;
   const int day = parts.tm_mday;
   const std::int64_t seconds = ahead_s ? ::timegm(&parts) : std::mktime(&parts);
-  // The 31st of a month that has none became another day.
+  // A 31st of a month with fewer days became another day.
   return parts.tm_mday == day ? std::optional((seconds - ahead_s.value_or(0)) * ms_per_s) : std::nullopt;
 }
 

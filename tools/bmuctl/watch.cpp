@@ -29,13 +29,13 @@ using std::chrono::steady_clock;
 
 constexpr milliseconds period_on_terminal{250};
 constexpr milliseconds period_elsewhere{1000};
-constexpr milliseconds silence_noticed{1500};  // behind the period: then the picture says that it is old
+constexpr milliseconds silence_noticed{1500};  // added to the period: then the live view is marked as old
 constexpr milliseconds silence_max{5000};      // then the daemon counts as gone
 constexpr milliseconds reconnect_period{500};
-// Rows of the last picture where there is no window that limits it.
+// Rows of the last live view if no window limits it.
 constexpr int rows_of_last_picture = 60;
 
-/// One that can place its cursor; without that a line now and then is all it can show.
+/// True for a terminal with cursor positioning; any other output gets a line periodically.
 bool is_full_terminal() {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): one thread
   const char* const terminal = std::getenv("TERM");
@@ -51,7 +51,7 @@ constexpr std::array topic_keys{
     LetterRow{'o', PictureTopic::overview}, LetterRow{'f', PictureTopic::faults}, LetterRow{'l', PictureTopic::limits},
     LetterRow{'u', PictureTopic::buses},    LetterRow{'?', PictureTopic::help},   LetterRow{'h', PictureTopic::help},
 };
-/// What the Tab key goes through.
+/// The pages in the order of the Tab key.
 constexpr std::array topic_order{PictureTopic::overview, PictureTopic::faults, PictureTopic::limits,
                                  PictureTopic::buses};
 
@@ -101,7 +101,7 @@ class Watch {
   const Glyphs& glyphs_;
   steady_clock::time_point began_;
   steady_clock::time_point heard_;
-  // Until then nothing had come: what comes while this program writes or is stopped is still to be read.
+  // Last time without pending input: input that arrives while this program writes or is stopped is still to be read.
   steady_clock::time_point looked_;
   std::optional<Client> client_;
   OwnedFd signals_;
@@ -197,7 +197,7 @@ void Watch::read_signals() {
   }
 }
 
-/// Ctrl-Z: the shell gets its screen back, and we ours when we go on.
+/// Ctrl-Z: restores the screen of the shell, and the live view after the program continues.
 void Watch::suspend() {
   screen_->leave();
   ::raise(SIGSTOP);
@@ -315,8 +315,8 @@ void Watch::draw() {
   Canvas canvas(size.width, size.height, glyphs_.cut);
   extent_ = draw_picture(Reply(picture_), view_, trend_, notice_, glyphs_, canvas);
   view_.first = std::clamp(view_.first, 0, std::max(extent_.total - extent_.shown, 0));
-  // Only rows that have changed: nothing flickers, and little goes over a slow line. A row is erased before it is
-  // written, because behind a full one the cursor is still on its last column.
+  // Writes only rows that have changed: the screen does not flicker, and a slow connection carries little. A row is
+  // erased before it is written, because the cursor stays on the last column of a full row.
   rows_drawn_.resize(static_cast<std::size_t>(canvas.height()));
   std::string text;
   for (int row = 0; row < canvas.height(); ++row) {
@@ -329,7 +329,7 @@ void Watch::draw() {
   if (!text.empty()) write_out(text);
 }
 
-/// What the terminal shows is not known, or not ours.
+/// Redraws everything, if the content of the terminal is unknown or not from this program.
 void Watch::redraw() {
   if (!screen_) return;
   rows_drawn_.clear();
@@ -337,11 +337,11 @@ void Watch::redraw() {
   draw();
 }
 
-/// What stood on the screen at the end stays to be read, but for the page that was open and the keys.
+/// The last live view remains readable, without the open page and the keys.
 void Watch::show_last_picture() const {
   if (!has_picture()) return;
   const WindowSize size = window_size();
-  // It scrolls by: a window that had no room for all modules need not limit it.
+  // It scrolls by: a window that was too small for all modules does not limit it.
   const bool has_all = view_.topic == PictureTopic::overview && extent_.shown == extent_.total;
   Canvas canvas(size.width, is_terminal_ && has_all ? size.height : rows_of_last_picture, glyphs_.cut);
   const PictureView view{.bars_span_cells = view_.bars_span_cells};

@@ -1,4 +1,4 @@
-// bmuctl watch: the live picture on a terminal, a line a second anywhere else, the last picture at the end.
+// bmuctl watch: the live view on a terminal, a line a second anywhere else, the last live view at the end.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@ namespace bmu {
 struct WatchOptions {
   std::string socket;
   std::optional<std::chrono::milliseconds> period;    // default: 250 ms on a terminal, 1 s elsewhere
-  std::optional<std::chrono::milliseconds> duration;  // then ends by itself
+  std::optional<std::chrono::milliseconds> duration;  // then the program ends by itself
   bool reconnect = false;
   bool json = false;
   bool with_colour = false;

@@ -1,5 +1,5 @@
-// The buses of a log or of a live run: each name has a receive check of its own, as counters and polls of one bus say
-// nothing about another, and a dialect of its own.
+// The buses of a log or of a live run: each name has its own receive check, because counters and polls of one bus do
+// not apply to another, and its own dialect.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@
 
 namespace bmu::dump {
 
-/// Where a bus can be named, all buses.
+/// Bus name that stands for all buses.
 inline constexpr std::string_view every_bus = "any";
 
 /// A bus the user named, every_bus for all, with its filter.
@@ -28,7 +28,7 @@ struct BusChoice {
   Filter filter;
 };
 
-/// A bus that is read by a catalogue of its own, every_bus for all, whatever dialect is spoken there.
+/// A bus that is decoded by its own catalogue, every_bus for all, whatever dialect is detected there.
 struct DeviceBus {
   std::string name;
   std::size_t reader;
@@ -38,10 +38,10 @@ struct DeviceBus {
 struct Bus {
   std::string name;
   std::size_t index;
-  std::size_t reader;  // what its frames are read by: the index of a DumpCatalogue
+  std::size_t reader;  // index of the DumpCatalogue that decodes its frames
   ReceiveCheck check;
   DialectWatch dialect;
-  const Filter* filter;  // null: nothing of it is shown
+  const Filter* filter;  // null: no frame of it is shown
   BusStatistics statistics;
   DeviceHint hint;
   Evidence evidence;
@@ -51,13 +51,13 @@ class BusTable {
  public:
   static constexpr std::size_t bus_count_max = 16;
 
-  /// `choices` empty: all buses are shown. `catalogue` is what new buses are read by, the one of index `reader`, but
-  /// for those of `device_buses`.
+  /// `choices` empty: all buses are shown. New buses are decoded by `catalogue`, that of index `reader`, except those
+  /// of `device_buses`.
   BusTable(const DumpCatalogue& catalogue, std::size_t reader, std::span<const Dialect> dialects,
            std::span<const BusChoice> choices, std::span<const DeviceBus> device_buses = {})
       : catalogue_(&catalogue), reader_(reader), dialects_(dialects), choices_(choices), device_buses_(device_buses) {}
 
-  /// The bus of this name, made when first seen; null if there would be more than bus_count_max.
+  /// The bus of this name, created on first use; null if there would be more than bus_count_max.
   [[nodiscard]] Bus* find(std::string_view name) {
     return last_ != nullptr && last_->name == name ? last_ : find_other(name);
   }
@@ -75,7 +75,7 @@ class BusTable {
   std::span<const DeviceBus> device_buses_;
   Filter no_filter_;
   std::vector<std::unique_ptr<Bus>> buses_;
-  Bus* last_ = nullptr;  // logs come in runs of one name
+  Bus* last_ = nullptr;  // logs contain runs of one name
 };
 
 }  // namespace bmu::dump

@@ -1,13 +1,13 @@
-// Where the clock of the computer that recorded a log was set while it recorded: there the time between two frames is
-// none that passed on the bus. Rates, gaps, loads and durations are reckoned without it.
+// Detects changes of the wall clock of the computer that recorded a log: there the time between two frames did not
+// elapse on the bus. Rates, gaps, loads and durations are calculated without it.
 //
-//   back      a frame is earlier than the one before it on the same bus, of which two at least were in their order. Of
-//             several buses the frames may be out of order.
-//   forward   from before the year 2000 to a later time, as the clock of a computer without a battery is set first; or
-//             no frame on any bus for ten seconds, and for 20 times as long as ever before. The latter may as well be
+//   back      a frame is earlier than the one before it on the same bus, of which at least two were in order. Frames of
+//             different buses may be out of order.
+//   forward   from before the year 2000 to a later time, which is the first setting of a computer without a battery; or
+//             no frame on any bus for ten seconds, and for 20 times the longest interval before. The latter may also be
 //             a battery that was switched off: a log does not show which.
 //
-// Cost: a few nanoseconds a frame.
+// Cost: a few nanoseconds per frame.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace bmu::dump {
 
 struct ClockJump {
   std::int64_t by_us = 0;  // above 0: forward
-  bool is_certain = true;  // else it may be a silence
+  bool is_certain = true;  // false: may be a pause without frames
 
   [[nodiscard]] bool is_found() const { return by_us != 0; }
 };
@@ -27,13 +27,13 @@ class ClockJumps {
  public:
   static constexpr std::size_t bus_count_max = 16;
   static constexpr std::int64_t forward_min_us = 10'000'000;
-  static constexpr std::int64_t forward_min_longest = 20;  // times as long as between any two frames before
-  static constexpr std::uint64_t forward_min_frames = 20;  // fewer show no spacing
+  static constexpr std::int64_t forward_min_longest = 20;  // multiple of the longest interval before
+  static constexpr std::uint64_t forward_min_frames = 20;  // fewer do not define an interval
   static constexpr std::int64_t back_min_us = 5'000;       // less may be an adapter that stamps frames out of order
-  static constexpr unsigned back_min_frames = 2;           // of the bus before: one has no order
+  static constexpr unsigned back_min_frames = 2;           // of the bus before: a single frame defines no order
 
-  /// The next frame in the order of the log, of the bus with this index, below bus_count_max: whether the clock was set
-  /// between it and the frame before.
+  /// Adds the next frame in the order of the log, of the bus with this index, below bus_count_max; returns the change
+  /// of the clock between it and the frame before.
   ClockJump take(std::size_t bus, std::int64_t time_us) {
     const std::int64_t step_us = time_us - left_out_us_ - latest_us_;
     const bool is_usual = step_us >= 0 && step_us < forward_min_us;
@@ -41,7 +41,7 @@ class ClockJumps {
     note(bus, latest_us_ + step_us);
     return {};
   }
-  /// What all jumps so far come to: a time of the log less this goes on without jumps.
+  /// Sum of all jumps so far: a log time minus this value is continuous.
   [[nodiscard]] std::int64_t left_out_us() const { return left_out_us_; }
   [[nodiscard]] std::uint64_t count() const { return count_; }
 
@@ -67,7 +67,7 @@ class ClockJumps {
   std::uint64_t count_ = 0;
   std::int64_t left_out_us_ = 0;
   std::int64_t latest_us_ = 0;   // of the frame before, without jumps
-  std::int64_t longest_us_ = 0;  // between two frames
+  std::int64_t longest_us_ = 0;  // longest interval between two frames
   std::array<Bus, bus_count_max> buses_{};
 };
 

@@ -22,7 +22,7 @@ std::string bit_rate_text(std::span<const std::uint32_t> rates) {
   return text + " kbit/s";
 }
 
-/// What of ours is read beside a device.
+/// The buses of bmud that are decoded together with a device.
 struct Beside {
   bool with_internal = false;
   bool with_vehicle = false;

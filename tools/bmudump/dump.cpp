@@ -18,7 +18,7 @@ constexpr std::uint32_t default_vehicle_base_id = vehicle_bus::default_base_id;
 volatile std::sig_atomic_t stop_requested = 0;
 
 FrameText::Style style_of(const Options& options) {
-  const bool is_table = options.output == Output::follow;  // which has colours of its own
+  const bool is_table = options.output == Output::follow;  // the table has its own colours
   return {.is_coloured = options.is_coloured && !is_table,
           .is_brief = options.is_brief || is_table,
           .is_short = is_table,
@@ -28,7 +28,7 @@ FrameText::Style style_of(const Options& options) {
 }  // namespace
 
 int worse(int one, int other) {
-  // A run that could not be read to its end says less than one with damaged lines.
+  // A run that could not be read completely takes precedence over one with damaged lines.
   if (one == exit_system || other == exit_system) return exit_system;
   return one == exit_ok ? other : one;
 }
@@ -86,7 +86,7 @@ bool Dump::show(const LogLine& line) {
   if (is_of_log_) note_clock(*bus, line);
   if (bus->filter == nullptr) return true;
   if (line.kind == LogLineKind::frame && bus->dialect.note(line.frame)) note_dialect(*bus);
-  // Every frame is judged, also those not shown: whether an answer is late depends on the POLL before it.
+  // Every frame is checked, including those not shown: an answer is late relative to the POLL before it.
   const CheckedFrame verdict = line.kind == LogLineKind::frame ? judge(*bus, line) : CheckedFrame{};
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   if (line.kind == LogLineKind::frame) bus->hint.note(line.frame, verdict);
@@ -101,15 +101,16 @@ bool Dump::show(const LogLine& line) {
   return true;
 }
 
-/// Whether the row has a seal of the internal bus, and neither an option nor another seal shows that this bus is one.
+/// True if the row has a checksum of the internal bus, and neither an option nor another checksum shows that this is
+/// that bus.
 bool Dump::has_doubtful_seal(const Bus& bus, std::size_t row) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   return catalogue.is_internal(row) && has_crc(*catalogue.all().messages()[row]) && !bus.evidence.has_internal() &&
          !catalogues_->is_declared(bus.reader);
 }
 
-/// Whether nothing but the identifier shows who a frame of this row is from: no option gives what is on this bus,
-/// nothing there had a seal of the internal bus, and the pack that may send there has not said its name.
+/// True if only the identifier indicates the sender of a frame of this row: no option declares this bus, it had no
+/// valid checksum of the internal bus, and no pack that may send there has sent its name.
 bool Dump::is_doubtful(const Bus& bus, std::size_t row) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   if (catalogues_->is_declared(bus.reader)) return false;
@@ -119,7 +120,7 @@ bool Dump::is_doubtful(const Bus& bus, std::size_t row) const {
   return catalogue.is_vehicle(row) && !is_chosen && !bus.evidence.has_pack_name();
 }
 
-/// Of a row that is doubtful. A 622h whose length has chosen its row proves nothing by it.
+/// For a doubtful row. A 622h frame proves nothing if its length has selected the row.
 Fit Dump::fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const {
   const DumpCatalogue& catalogue = catalogues_->at(bus.reader);
   if (has_doubtful_seal(bus, row)) return Fit::no;
@@ -128,8 +129,8 @@ Fit Dump::fit_in(const Bus& bus, std::size_t row, const CanFrame& frame) const {
   return fit == Fit::proven && has_chosen_row ? Fit::unproven : fit;
 }
 
-/// Under a doubtful identifier a frame is unknown that cannot be what the row says, or of which nothing but the
-/// identifier says so. Where others of the identifier have passed a checksum, one that does not is damaged.
+/// Under a doubtful identifier, a frame is unknown if it cannot be the message of the row, or if only the identifier
+/// indicates that it is. If other frames of the identifier have passed a checksum, one that does not is damaged.
 CheckedFrame Dump::judge(Bus& bus, const LogLine& line) const {
   const CanFrame& frame = line.frame;
   const CheckedFrame verdict = bus.check.check(frame);
@@ -159,7 +160,7 @@ void Dump::note_vehicle(Bus& bus, const CheckedFrame& verdict, const CanFrame& f
 
 static_assert(ClockJumps::bus_count_max == BusTable::bus_count_max);
 
-/// The frames of all buses of a log have the time of one clock, also those of buses that are not shown.
+/// The frames of all buses of a log share one clock, including those of buses that are not shown.
 void Dump::note_clock(const Bus& bus, const LogLine& line) {
   clock_jump_ = clock_.take(bus.index, line.time_us);
   if (clock_jump_.is_found()) start_.leave_out(clock_jump_.by_us);
@@ -172,7 +173,7 @@ bool Dump::is_whole(const LogLine& line) {
   }
   const CanFrame& frame = line.frame;
   if (frame.length == frame.data.size()) return true;
-  if (frame.is_remote) return frame.length > 0;  // a digit, behind which there is nothing but a code above 8
+  if (frame.is_remote) return frame.length > 0;  // a digit, which only a code above 8 could follow
   const Bus* const bus = buses_.find(line.bus);
   if (frame.is_error || bus == nullptr) return false;
   const DumpCatalogue& catalogue = catalogues_->at(bus->reader);
@@ -192,7 +193,7 @@ bool Dump::count_lost(std::string_view name, std::uint64_t frames) {
   return true;
 }
 
-/// Where it was, for what reads these lines.
+/// Prints the position of the loss, for readers of these lines.
 void Dump::print_lost(const Bus& bus, std::uint64_t frames) {
   const std::string count = std::to_string(frames);
   out_.begin_line();
@@ -218,7 +219,7 @@ void Dump::print(const Bus& bus, const SeenFrame& seen) {
   out_.letter('\n');
 }
 
-/// A bus that says it speaks another dialect is read by that one from now on, or, where that cannot be, it is told.
+/// Switches a bus to the dialect that its frames indicate, or prints a warning if no catalogue for it is available.
 void Dump::note_dialect(Bus& bus) {
   const Dialect* const spoken = bus.dialect.spoken();
   const std::size_t reader = spoken == nullptr ? bus.reader : catalogues_->reader_of(*spoken);
@@ -240,7 +241,7 @@ void Dump::note_dialect(Bus& bus) {
       static_cast<unsigned>(used.vehicle_base_id() + 7));
 }
 
-/// On standard error, and not about buses for which somebody has said what is read there.
+/// Prints on standard error, except for buses with an option that names their devices.
 void Dump::tell_hints() const {
   if (options_->output == Output::log) return;
   for (const std::unique_ptr<Bus>& bus : buses_.buses()) {
@@ -259,8 +260,8 @@ void Dump::tell_hints() const {
   }
 }
 
-/// Devices that were asked for and whose frames are left unknown, as no bus was given for them and none of their frames
-/// shows more than an identifier.
+/// Reports requested devices with frames that stay unknown, because no bus was given for them and none of their frames
+/// proves more than an identifier.
 void Dump::tell_doubts() const {
   if (options_->output == Output::log) return;
   for (const std::unique_ptr<Bus>& bus : buses_.buses()) {
@@ -304,7 +305,7 @@ void catch_stop_signals() {
   action.sa_handler = [](int) { stop_requested = 1; };  // no SA_RESTART: a waiting read or poll returns
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
-  action.sa_handler = SIG_IGN;  // a closed output is an answer of write(), not a death
+  action.sa_handler = SIG_IGN;  // a closed output is reported by write(), and does not kill the process
   ::sigaction(SIGPIPE, &action, nullptr);
 }
 

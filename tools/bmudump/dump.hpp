@@ -1,4 +1,4 @@
-// What happens to each frame, wherever it came from: judged, filtered, shown or counted.
+// Processing of each frame, from any source: checked, filtered, shown or counted.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@
 
 namespace bmu::dump {
 
-/// A catalogue for each dialect that is read, and which of them a bus begins with; behind them one for each bus that
-/// has devices of its own.
+/// One catalogue for each dialect that can be decoded, and the initial one of a bus; after them one for each bus with
+/// its own devices.
 class Catalogues {
  public:
-  /// `wanted` is one of the dialects' names, or "auto", which is the first where a bus has devices of its own.
+  /// `wanted`: the name of a dialect, or "auto", which selects the first one for a bus with its own devices.
   Catalogues(const DumpCatalogue::Choice& choice, std::span<const Dialect> rows, const std::string& wanted,
              const std::vector<DeviceWord>& devices = {});
 
@@ -27,9 +27,9 @@ class Catalogues {
   [[nodiscard]] std::size_t first() const { return first_; }
   [[nodiscard]] std::span<const Dialect> dialects() const { return dialects_; }
   [[nodiscard]] std::span<const DeviceBus> device_buses() const { return device_buses_; }
-  /// Whether it reads a bus that was named for what is on it. Who names every bus says of none what is there.
+  /// True if it decodes a bus that was declared by name. `any` declares no bus.
   [[nodiscard]] bool is_declared(std::size_t reader) const;
-  /// What reads this dialect, if buses may change to it; size() if nothing does.
+  /// The catalogue of this dialect, if buses may change to it; else size().
   [[nodiscard]] std::size_t reader_of(const Dialect& dialect) const;
 
  private:
@@ -47,22 +47,22 @@ class Dump {
   Dump(const Options& options, const Catalogues& catalogues, const Filter& filter, std::span<const BusChoice> choices,
        int fd);
 
-  /// False if the frame has no place: there are too many buses.
+  /// False if the frame cannot be stored: there are too many buses.
   bool show(const LogLine& line);
-  /// Whether the clock of the log that is read was set before the frame that was shown last.
+  /// Change of the log's clock before the frame that was shown last.
   [[nodiscard]] const ClockJump& clock_jump() const { return clock_jump_; }
-  /// Whether a frame whose line may have been torn behind it has all its bytes: as many as its row has, or as any can
-  /// have.
+  /// True if a frame on a line that may be truncated has all its bytes: as many as its row has, or the maximum of any
+  /// frame.
   [[nodiscard]] bool is_whole(const LogLine& line);
-  /// So many frames of this bus were not received. False if the bus has no place.
+  /// Counts frames of this bus that were not received. False if there are too many buses.
   bool count_lost(std::string_view bus, std::uint64_t frames);
-  /// Frames were missed: what counters and polls said before says nothing about what comes now.
+  /// Called after missed frames: earlier counters and polls do not apply to the next frames.
   void forget_counters(std::string_view bus);
-  /// Whatever was on the buses until then, on a clock that was not set, has been shown.
+  /// All frames on the buses until then, on a monotonic clock, have been shown.
   void heard_until(std::int64_t time_us) { heard_until_us_ = std::max(heard_until_us_, time_us); }
   void flush() { out_.flush(); }
   [[nodiscard]] bool is_done() const { return left_ == 0 || out_.is_closed(); }
-  /// Prints what is due at the end. `code` is what the run came to so far; the worse of the two counts.
+  /// Prints the final output. `code`: exit code of the run so far; returns the worse of the two.
   [[nodiscard]] int finish(int code);
 
   /// The table of --follow; null without.
@@ -93,20 +93,20 @@ class Dump {
   std::unique_ptr<Follow> follow_;
   std::int64_t heard_until_us_ = 0;
   std::uint64_t left_;
-  bool is_of_log_;  // else of a bus, whose times are on a clock that is not set
+  bool is_of_log_;  // false: of a live bus, with times of a clock that is never set
   bool shows_lines_;
   bool needs_counts_;
 };
 
-/// Reads the logs of -r; the exit code of the reading itself.
+/// Reads the logs of -r; returns the exit code of the reading itself.
 [[nodiscard]] int dump_files(const Options& options, Dump& dump);
-/// Listens on the buses until told to end.
+/// Receives from the buses until a stop condition is met.
 [[nodiscard]] int dump_live(const Options& options, Dump& dump);
 
-/// Of two exit codes the one that says more went wrong.
+/// The exit code of the worse one of two results.
 [[nodiscard]] int worse(int one, int other);
 
-/// From now on SIGINT and SIGTERM end the run in order: everything shown so far reaches the output.
+/// From this call on SIGINT and SIGTERM end the run in order: everything shown so far reaches the output.
 void catch_stop_signals();
 void request_stop();
 [[nodiscard]] bool is_stop_requested();

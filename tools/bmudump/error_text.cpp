@@ -11,7 +11,7 @@ struct Word {
   std::string_view text;
 };
 
-// Bits of the identifier, which are classes.
+// Bits of the identifier, which are error classes.
 constexpr std::uint32_t lost_arbitration = 0x002;
 constexpr std::uint32_t controller = 0x004;
 constexpr std::uint32_t protocol = 0x008;
@@ -137,7 +137,7 @@ class Printer {
     out_->text(" at bit ");
     out_->decimal(bit);
   }
-  /// Older drivers send the counters without saying so.
+  /// Older drivers send the counters without setting their class bit.
   void print_counters() {
     const std::uint8_t sending = frame_->data[6];
     const std::uint8_t receiving = frame_->data[7];

@@ -1,5 +1,5 @@
-// What a CAN controller says of itself and of the bus, in words: the error frames of Linux (linux/can/error.h), as
-// candump -e explains them. They were never on the bus; identifier and bytes are bit fields.
+// Text of the error frames of Linux (linux/can/error.h), in which a CAN controller reports its state and that of the
+// bus, as candump -e explains them. They were never on the bus; identifier and bytes are bit fields.
 #pragma once
 
 #include "protocol/frame.hpp"

@@ -18,7 +18,7 @@
 namespace bmu::dump {
 namespace {
 
-/// Damage of one file beyond this many lines is counted, not told line by line.
+/// Damaged lines of one file above this number are counted, but not reported one by one.
 constexpr std::uint64_t damage_told_max = 1'000;
 constexpr std::uint64_t clock_jumps_reported_max = 1'000;
 
@@ -31,7 +31,7 @@ std::string found_text(std::string_view line, std::size_t column) {
   return code == ' ' ? "a space" : text.data();
 }
 
-/// One log: its lines, and what is wrong with them.
+/// One log: its lines and their damage.
 class LogFile {
  public:
   LogFile(const std::string& name, int fd) : name_(name == "-" ? "standard input" : name), reader_(fd) {}
@@ -61,16 +61,16 @@ class LogFile {
   std::uint64_t lost_lines_ = 0;
   std::uint64_t clock_jumps_ = 0;
   LogTimes times_;
-  bool has_time_ = false;      // there was a frame with seconds, so that it is known whether
-  bool are_absolute_ = false;  // these need no correction
+  bool has_time_ = false;      // a frame with a time in seconds was read, so that are_absolute_ is valid
+  bool are_absolute_ = false;  // its times need no correction
   bool is_missing_told_ = false;
   bool is_adding_told_ = false;
   bool is_below_error_frame_ = false;
   ScreenRoom screen_room_{};
 };
 
-/// Of a line of a log without a line end: whoever wrote it may have been cut off, and what is left may pass for a
-/// shorter frame. Something behind its bytes, or the number of these, shows that it is whole.
+/// For the last line of a log without a line end: the writer may have been interrupted, and the remaining text may look
+/// like a shorter frame. Text after its bytes, or their number, shows that it is complete.
 bool is_torn(const LogLine& line, std::string_view text, Dump& dump) {
   const std::string_view payload = text.substr(text.rfind('#'));
   return payload.find_first_of(" \r") == std::string_view::npos && !dump.is_whole(line);
@@ -128,7 +128,7 @@ void LogFile::take_unusual_line(const LineReader::Line& line, const Result<LogLi
   take_frame(*parsed, LogTimeForm::seconds, line.text, dump);
 }
 
-/// What is no line of a log.
+/// Handles a line that is not in the log format.
 void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage& log_damage, Dump& dump) {
   const std::string_view text = line.text;
   if (text.starts_with(byte_order_mark)) {
@@ -152,7 +152,7 @@ void LogFile::take_other_line(const LineReader::Line& line, const LogLineDamage&
   tell_damage(is_of_screen(text) ? parsed.error() : log_damage, text);
 }
 
-/// No damage: the log is as it was written.
+/// Not damage: the log is complete as recorded.
 void LogFile::take_lost(const LostFrames& lost, std::string_view text, Dump& dump) {
   if (!dump.count_lost(lost.bus, lost.count)) return tell_bus_too_many(lost.bus, text);
   if (++lost_lines_ > damage_told_max) return;
@@ -173,7 +173,7 @@ void LogFile::take_frame(const LogLine& line, LogTimeForm form, std::string_view
   show(corrected, text, dump);
 }
 
-/// And says once what it corrects.
+/// Corrects the time and reports the kind of correction once.
 void LogFile::correct_time(LogLine& line, LogTimeForm form) {
   const auto tell = [this](const char* what) {
     std::fprintf(stderr, "bmudump: %s:%llu: %s\n", name_.c_str(),
@@ -195,7 +195,7 @@ void LogFile::show(const LogLine& line, std::string_view text, Dump& dump) {
   if (dump.clock_jump().is_found()) report_clock(dump.clock_jump());
 }
 
-/// Where it is, and how large.
+/// Reports the position and the size of a jump.
 void LogFile::report_clock(const ClockJump& jump) {
   if (++clock_jumps_ > clock_jumps_reported_max) return;
   const char* const also = jump.is_certain ? "" : ", or no bus had a frame for so long";
@@ -209,12 +209,12 @@ void LogFile::tell_bus_too_many(std::string_view bus, std::string_view text) {
               "at most " + std::to_string(BusTable::bus_count_max) + " buses in all");
 }
 
-/// Once, at the first time that may be a difference: the frames behind it may show that it is one.
+/// Called once, at the first time that may be a difference: the following frames may show that it is one.
 void LogFile::look_ahead(const LogLine& first) {
   constexpr int lines_max = 1'000;
   times_.look_ahead(first);
   std::string_view ahead = reader_.ahead();
-  ScreenRoom room{};  // another than that of `first`
+  ScreenRoom room{};  // separate from that of `first`
   for (int count = 0; count < lines_max; ++count) {
     const std::size_t end = ahead.find('\n');
     if (end == std::string_view::npos) break;
@@ -229,7 +229,7 @@ void LogFile::look_ahead(const LogLine& first) {
   times_.forget_order();
 }
 
-/// By offset: lines are only where something could be unpacked.
+/// Reports by offset: line numbers exist only in decompressed text.
 void LogFile::tell_packed_damage() {
   if (++damaged_ > damage_told_max) return;
   const PackedText::Damage& damage = reader_.damage();

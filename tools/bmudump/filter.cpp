@@ -7,7 +7,7 @@
 namespace bmu::dump {
 namespace {
 
-// As the kernel writes them into an identifier.
+// Flags of the kernel's identifiers.
 constexpr std::uint32_t extended_flag = 0x8000'0000;
 constexpr std::uint32_t remote_flag = 0x4000'0000;
 constexpr std::uint32_t extended_id_max = 0x1FFF'FFFF;
@@ -46,7 +46,7 @@ bool Filter::add(const std::string& word, const Catalogue& catalogue) {
 bool Filter::add_names(std::string_view word, const Catalogue& catalogue) {
   const bool is_beginning = word.ends_with('*');
   if (is_beginning) word.remove_suffix(1);
-  const std::string name = upper(word);  // as all names of messages are
+  const std::string name = upper(word);  // all names of messages are in upper case
   bool is_found = false;
   for (const MessageSpec* message : catalogue.messages()) {
     if (is_beginning ? !message->name.starts_with(name) : message->name != name) continue;
@@ -92,7 +92,7 @@ bool Filter::add_id(std::string_view word) {
 bool Filter::passes_words(const CanFrame& frame) const {
   if (frame.is_error) return (frame.id & error_mask_) != 0;
   if (!has_data_words_) return true;
-  // The kernel has no bit 29 in an identifier that it filters.
+  // The kernel has no bit 29 in identifiers of filters.
   const std::uint32_t id = flagged_id(frame);
   const auto matches = [id](const Mask& one) {
     const std::uint32_t mask = one.mask & (extended_id_max | extended_flag | remote_flag);

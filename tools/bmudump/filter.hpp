@@ -1,15 +1,15 @@
-// Which frames are shown: candump's filters, and message names. None of them hides a frame from the check.
+// Selection of the frames to show: candump's filters, and message names. A hidden frame is checked nevertheless.
 //
 //   143              a hexadecimal identifier; of eight digits: a 29-bit one
-//   CELLS_1, CELLS_* a message, or all whose names begin so; upper or lower case
-//   123:7F0          frames whose identifier is 123h where the mask has ones
+//   CELLS_1, CELLS_* a message, or all with names that start so; upper or lower case
+//   123:7F0          frames with an identifier that equals 123h in the bits of the mask
 //   123~7F0          all others
 //   #FFFFFFFF        error frames of these classes
-//   j                all masks must let a frame through, not one of them
+//   j                all masks must match a frame, instead of one of them
 //
-// As in candump: eight digits before ':' or '~' mean a 29-bit identifier; bit 31 of the mask then compares that, bit 30
-// whether it is a remote frame; a shorter mask compares neither. Error frames pass a filter only by '#'; with nothing
-// but '#' all other frames pass.
+// As in candump: eight digits before ':' or '~' mean a 29-bit identifier; bit 31 of the mask then compares this
+// property, bit 30 the remote flag; a shorter mask compares neither. Error frames pass a filter only by '#'; with '#'
+// filters only, all other frames pass.
 #pragma once
 
 #include <bitset>
@@ -24,13 +24,13 @@
 
 namespace bmu::dump {
 
-/// "0x1F", "1f": all of the word is a hexadecimal number of 32 bits.
+/// "0x1F", "1f": the whole word is a hexadecimal number of 32 bits.
 [[nodiscard]] std::optional<std::uint32_t> parse_hex(std::string_view word);
 
-/// Without a word it lets everything through.
+/// Passes all frames if it is empty.
 class Filter {
  public:
-  /// Adds one word; false if it is none of the above.
+  /// Adds one word; false if it has none of the forms above.
   [[nodiscard]] bool add(const std::string& word, const Catalogue& catalogue);
   [[nodiscard]] bool passes(const CanFrame& frame) const { return is_empty_ || passes_words(frame); }
 

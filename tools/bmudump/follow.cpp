@@ -12,19 +12,19 @@ namespace bmu::dump {
 namespace {
 
 constexpr std::int64_t window_us = 1'000'000;
-// Older than this, and than some periods, a row is greyed: nobody sends it any more, or not now.
+// A row older than this, and than several periods, is greyed: the message is no longer or currently not sent.
 constexpr std::int64_t old_us = 1'000'000;
 constexpr double old_periods = 5.0;
-// A head has what it needs in less than this only if it leaves something out.
+// In a smaller width a head omits some of its texts.
 constexpr int short_head_width = 72;
-// Of the last table where no window limits it.
+// Size of the last table if no window limits it.
 constexpr int width_elsewhere = 200;
 constexpr int rows_of_piece = 64;
-// With fewer in a window, its rate says more of when it began than of them.
+// With fewer frames in a window, its rate depends mainly on the start of the window.
 constexpr double frames_of_rate = 5.0;
 
-/// The shortest form: "0.04 s", "12.3 s", "3 min", "5 h", "19676 d". At most seven letters for any time a log may have,
-/// which is the room in its column.
+/// The shortest form: "0.04 s", "12.3 s", "3 min", "5 h", "19676 d". At most seven characters for any time of a log,
+/// which is the width of its column.
 std::string duration_text(std::int64_t time_us) {
   constexpr double hour_s = 3'600.0;
   constexpr double day_s = 24.0 * hour_s;
@@ -37,7 +37,7 @@ std::string duration_text(std::int64_t time_us) {
   return seconds < 99'999.0 * day_s ? formatted("%.0f d", seconds / day_s) : formatted("%.0f y", seconds / year_s);
 }
 
-/// Of at most `room` letters, four at least: 1234567, 12345k.
+/// At most `room` characters, at least four: 1234567, 12345k.
 std::string whole_number_text(double number, std::size_t room) {
   std::string text = formatted("%.0f", number);
   for (const char* const unit : {"k", "M", "G", "T", "P"}) {
@@ -53,7 +53,7 @@ std::string count_text(std::uint64_t count, const char* what) {
   return count == 0 ? "" : formatted("   %llu %s", static_cast<unsigned long long>(count), what);
 }
 
-/// Its end: names of buses differ there.
+/// The end of a bus name, in which names differ.
 std::string end_of(const std::string& name, int room) {
   const auto left = static_cast<std::size_t>(std::max(room, 0));
   return name.size() > left ? name.substr(name.size() - left) : name;
@@ -65,7 +65,7 @@ std::string_view without_first_value(std::string_view values) {
 }
 
 std::string rate_text(double per_s) {
-  constexpr std::size_t number_room = 5;  // seven letters with "/s"
+  constexpr std::size_t number_room = 5;  // seven characters with "/s"
   if (per_s <= 0) return "-";
   return per_s < 100.0 ? formatted("%.1f/s", per_s) : whole_number_text(per_s, number_room) + "/s";
 }
@@ -141,7 +141,7 @@ void Follow::draw_in(const FollowColumns& columns, std::int64_t now_us, const Pl
   std::size_t index = 0;
   int line = head_rows();
   for (auto& [key, row] : rows_) {
-    // Also those outside the window: they are looked at once a second, or their rate would be one of long ago.
+    // All rows are updated once a second, including those outside the window; else a rate would be outdated.
     row.window.look(now_us, static_cast<double>(row.frames));
     if (index >= place.row && index < end) draw_row(line++, key, row, now_us, columns, place.value, canvas);
     ++index;
@@ -233,7 +233,7 @@ void Follow::draw_row(int line, const Key& key, const Row& row, std::int64_t now
   draw_values(line, column + columns.values_space, row, style(Style::normal), first_value, canvas);
 }
 
-/// From the value `first_value` on: numbers are whole or not there, as half a number would pass for another.
+/// Starts with the value `first_value`: numbers are complete or omitted, because a truncated number would be misread.
 void Follow::draw_values(int line, int column, const Row& row, Style style, std::size_t first_value, Canvas& canvas) {
   const std::size_t room = static_cast<std::size_t>(std::max(canvas.width() - column, 0));
   const std::string failures = row.statistics == nullptr ? "" : failures_text(*row.statistics);
@@ -272,7 +272,7 @@ std::string Follow::values_of(const Row& row) {
   return std::string(words.substr(std::min(words.find_first_not_of(' '), words.size())));
 }
 
-/// In pieces: a canvas for all the rows a hostile log can have would take much memory.
+/// Prints in pieces: a canvas for all the rows that a hostile log can have would take much memory.
 void Follow::print_last(bool is_coloured, TextWriter& out) {
   is_over_ = true;
   const int width = ::isatty(STDOUT_FILENO) != 0 ? window_size().width : width_elsewhere;

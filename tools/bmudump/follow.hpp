@@ -1,11 +1,11 @@
-// The table of --follow: a row for each identifier on each bus, with how many and how often, the longest gap, how old
-// the last frame is, what failed, and the values it last had; in a narrow window fewer of these (follow_columns.hpp).
+// The table of --follow: a row for each identifier on each bus, with its frame count, rate, longest gap, age of the
+// last frame, failures, and latest values; in a narrow window fewer of these (follow_columns.hpp).
 //
 //   vcan0   1240 frames   412/s   load 10.6 % of 500 kbit/s
 //   id  message           frames    rate gap max    age  values
 //   143 CELLS_1 node 3       120  10.0/s  0.10 s 0.04 s  cell_voltage_1 3.6512 V  _2 3.6498 V  _3 3.6530 V
 //
-// Times are those of the frames without what the clock of a log was set by; `now_us` on the same clock makes the ages.
+// Times are those of the frames minus the jumps of the log's clock; ages are relative to `now_us` on the same clock.
 // Memory is bounded as that of the statistics.
 #pragma once
 
@@ -26,41 +26,41 @@ namespace bmu::dump {
 
 class Follow {
  public:
-  /// `formats` by reader. Both stay the caller's.
+  /// `formats` by reader. Both must outlive the object.
   Follow(const BusTable& buses, const std::vector<FrameText>& formats, std::uint32_t bit_rate)
       : buses_(&buses), formats_(&formats), bit_rate_(bit_rate), words_(-1) {}
 
-  /// `row` is what the statistics have of the frame's identifier; null: the bus's own counts must do. `left_out_us`:
-  /// what the log's clock was set by before this frame.
+  /// `row`: statistics of the frame's identifier; null: only the counts of the bus apply. `left_out_us`: sum of the
+  /// jumps of the log's clock before this frame.
   void note(const Bus& bus, const SeenFrame& seen, const IdStatistics* row, std::int64_t left_out_us = 0);
   /// The time of the newest frame.
   [[nodiscard]] std::int64_t newest_us() const { return newest_us_; }
 
-  /// Where the window is: its first row, and of each row its first value.
+  /// Scroll position of the window: its first row, and the first value in each row.
   struct Place {
     std::size_t row = 0;
     std::size_t value = 0;
   };
 
-  /// Draws what fits: a head for each bus, then rows. Rates are those of the last second or so.
+  /// Draws what fits: a head for each bus, then rows. Rates are those of about the last second.
   void draw(std::int64_t now_us, const Place& place, Canvas& canvas);
   [[nodiscard]] std::size_t row_count() const { return rows_.size(); }
-  /// The last value worth beginning with: from there on those of all rows of the last window fit.
+  /// The highest useful first value: with it the values of all rows of the last window fit.
   [[nodiscard]] std::size_t value_max() const { return value_max_; }
-  /// Rows a window of this height has room for.
+  /// Number of rows in a window of this height.
   [[nodiscard]] std::size_t rows_in(int height) const;
-  /// The whole table as text, rates over all the time.
+  /// The whole table as text, with rates over the whole time.
   void print_last(bool is_coloured, TextWriter& out);
 
  private:
   enum class Kind : std::uint8_t { standard, extended, error, other };
 
-  /// How many there were when it was last looked at: the difference is a rate.
+  /// Count at the start of a window: its increase gives the rate.
   struct Window {
     std::int64_t begin_us = 0;
     double count_at_begin = 0;
     double per_s = 0;
-    bool is_whole = false;  // false: no second has passed yet, or next to nothing came in it
+    bool is_whole = false;  // false: less than one second elapsed, or too few frames arrived in it
 
     void look(std::int64_t now_us, double count);
   };
@@ -69,8 +69,8 @@ class Follow {
     const IdStatistics* statistics = nullptr;  // null: error frames, remote and FD frames, those beyond the rows
     std::uint64_t frames = 0;
     std::int64_t last_us = 0;
-    LogLine line;            // the last that passed, or else the last
-    std::string long_frame;  // what `line` has of one
+    LogLine line;            // the last frame that passed, or else the last one
+    std::string long_frame;  // storage for the long frame of `line`
     CheckedFrame verdict;
     Window window;
   };
@@ -103,7 +103,7 @@ class Follow {
   std::vector<Head> heads_;  // by index of the bus
   std::int64_t newest_us_ = 0;
   std::size_t value_max_ = 0;
-  bool is_over_ = false;  // rates are those of all the time
+  bool is_over_ = false;  // rates are over the whole time
 };
 
 }  // namespace bmu::dump

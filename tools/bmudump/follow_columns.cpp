@@ -6,7 +6,7 @@ namespace bmu::dump {
 namespace {
 
 constexpr int space = 1;
-constexpr int space_before_values = 2;  // where numbers stand before them, as between values
+constexpr int space_before_values = 2;  // between numbers and values, as between values
 constexpr int values_width_min = 46;    // "cell_voltage_1 3.6512 V  _2 3.6498  _3 3.6530"
 constexpr int bus_width_min = 6;
 constexpr int name_width_min = 8;
@@ -15,7 +15,7 @@ struct Number {
   int FollowColumns::*width;
   int needs;
 };
-/// The first are the last to go.
+/// In the order of priority: the last ones are removed first.
 constexpr Number numbers[] = {
     {&FollowColumns::rate, 8}, {&FollowColumns::age, 8}, {&FollowColumns::gap, 8}, {&FollowColumns::frames, 10}};
 

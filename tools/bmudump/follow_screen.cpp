@@ -67,7 +67,7 @@ void FollowScreen::draw_if_due(std::int64_t now_us) {
   draw(now_us);
 }
 
-/// Ctrl-Z: the shell gets its screen back, and we ours when we go on.
+/// Ctrl-Z: restores the screen of the shell, and the table after the program continues.
 void FollowScreen::suspend() {
   suspend_requested = 0;
   screen_->leave();
@@ -83,10 +83,11 @@ void FollowScreen::draw(std::int64_t now_us) {
   place_.row = std::min(place_.row, count > room ? count - room : 0);
   Canvas canvas(size.width, size.height, glyphs_for_locale().cut);
   follow_->draw(now_us, place_, canvas);
-  // Line by line over the old picture: nothing flickers.
+  // Redraws line by line over the old content: the screen does not flicker.
   std::string text = "\033[H";
   for (int row = 0; row < canvas.height(); ++row) {
-    // In the last column the cursor stays on what it wrote there: erasing the rest would take that, too.
+    // In the last column the cursor stays on the character written there: erasing to the end of the line would delete
+    // it.
     const bool is_full = width_of(canvas.row_text(row, false)) >= static_cast<std::size_t>(size.width);
     text += canvas.row_text(row, is_coloured_) + (is_full ? "" : "\033[K") + (row + 1 < canvas.height() ? "\r\n" : "");
   }
@@ -123,7 +124,7 @@ void FollowScreen::scroll(std::int64_t rows) {
   is_due_ = true;
 }
 
-/// Not further than to where the last values show, and back from where there are fewer now.
+/// Moves at most to the position at which the last values are visible, and back if there are fewer values now.
 void FollowScreen::move_values(std::int64_t steps) {
   const auto end = static_cast<std::int64_t>(follow_->value_max());
   const std::int64_t from = std::min(static_cast<std::int64_t>(place_.value), end);

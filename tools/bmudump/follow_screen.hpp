@@ -1,5 +1,5 @@
-// The table of --follow on a terminal: drawn in place four times a second, scrolled by keys, and the terminal given
-// back as it was, whatever ends the run. On anything else it is silent, and the table is printed at the end.
+// The table of --follow on a terminal: drawn in place four times a second, scrolled by keys, and the terminal restored
+// however the run ends. On other outputs it is silent, and the table is printed at the end.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,15 @@ namespace bmu::dump {
 
 class FollowScreen {
  public:
-  /// `follow` may be null: then nothing is ever done. `may_read_keys`: standard input is not what is followed.
+  /// `follow` may be null: then no function has an effect. `may_read_keys`: false if standard input is the followed
+  /// log.
   FollowScreen(Follow* follow, bool is_coloured, bool may_read_keys);
 
-  /// Draws if it is time to, or if the window has changed. `now_us` on the clock of the frames.
+  /// Draws if it is due, or if the window has changed. `now_us` on the clock of the frames.
   void draw_if_due(std::int64_t now_us);
-  /// Where keys come from, to be waited for; below 0 if from nowhere.
+  /// File descriptor of the keys, for poll(); below 0 if there is none.
   [[nodiscard]] int keys_fd() const;
-  /// Takes what was typed: q ends the run.
+  /// Handles the pending keys: q ends the run.
   void read_keys();
 
  private:

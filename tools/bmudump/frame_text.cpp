@@ -16,8 +16,9 @@ constexpr std::string_view hex_digits = "0123456789ABCDEF";
 constexpr std::size_t label_width = 17;  // CONTACTOR_COMMAND
 constexpr std::string_view label_on = "\x1b[1m";
 
-// The longest line: every signal with its piece, a cell mask or eight escaped letters behind it, and its unit; or every
-// byte of CAN XL, as two digits and a letter. The rest has room for the names of bits, too: no message has many such.
+// The longest line: every signal with its piece, a cell mask or eight escaped letters after it, and its unit; or every
+// byte of CAN XL, as two digits and a letter. The remainder includes the names of bits, because no message has many of
+// them.
 constexpr std::size_t signal_room = 2 * Piece::room + 64;
 constexpr std::size_t rest_room = 6 * bus_name_length_max + 1'536;
 static_assert(shown_signals_max * signal_room + rest_room <= TextWriter::line_room);
@@ -30,7 +31,7 @@ std::string_view name_of_raw(const SignalSpec& signal, std::int64_t raw) {
   return {};
 }
 
-/// cell_voltage_2 behind cell_voltage_1: numbers, which are never left out, of one kind.
+/// True for cell_voltage_2 after cell_voltage_1: numbers, which are never omitted, of one kind.
 bool is_next_of(const SignalSpec& before, const SignalSpec& signal) {
   const auto stem = [](const SignalSpec& one) {
     const std::string_view name = name_without_unit(one);
@@ -176,7 +177,8 @@ void FrameText::print_text(const SeenFrame& seen, TextWriter& out) {
   const CanFrame& frame = seen.line.frame;
   out.begin_line();
   start_->print(seen.line, out);
-  // What cannot be the message of its identifier has none (Dump::judge); of a remote frame nothing speaks against it.
+  // A frame that cannot be the message of its identifier has no label (Dump::judge); a remote frame has no contents to
+  // check.
   const bool has_label = seen.verdict.message != nullptr || frame.is_remote;
   const bool is_short = id_digits(frame) == 3 && seen.line.kind == LogLineKind::frame;
   if (is_short && (has_label || catalogue_->all().row_of(frame) == Catalogue::no_row)) {
@@ -283,7 +285,7 @@ void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
   if (style_.has_letters) print_letters(bytes_of(frame), out);
 }
 
-/// The length in two digits, as candump tells CAN FD from classic CAN.
+/// Prints the length in two digits, as candump does to distinguish CAN FD from classic CAN.
 void FrameText::print_long(const LogLine& line, TextWriter& out) const {
   std::array<std::uint8_t, xl_bytes_max> room;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by unpack
   const Bytes bytes(room.data(), unpack(long_frame_of(line), room));
@@ -351,7 +353,7 @@ void FrameText::print_json_raw(const LogLine& line, TextWriter& out) {
   }
   if (line.frame.is_error) {
     out.text(",\"error\":true,\"text\":\"");
-    print_error_frame(line.frame, out);  // words of ours: nothing to escape
+    print_error_frame(line.frame, out);  // fixed texts: nothing to escape
     out.letter('"');
   }
   out.text(",\"data\":\"");

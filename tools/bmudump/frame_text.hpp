@@ -1,5 +1,5 @@
-// One frame as one line: for a person (names, values, units) or as JSON. Everything fixed about a message is prepared
-// once, so that a line costs a few block copies and one number a signal.
+// Prints one frame as one line: text (names, values, units) or JSON. Everything fixed about a message is prepared once,
+// so that a line costs a few block copies and one number per signal.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace bmu::dump {
 
-/// A frame as it was seen, with the verdict of its bus's receive check.
+/// A frame of the log, with the result of its bus's receive check.
 struct SeenFrame {
   const LogLine& line;
   const CheckedFrame& verdict;
@@ -24,17 +24,17 @@ class FrameText {
  public:
   struct Style {
     bool is_coloured = false;
-    bool is_brief = false;     // leave out flags that are not set, empty cell masks and counters
-    bool is_short = false;     // "cell_voltage_1 3.6512 V  _2 3.6498", and flags by name alone
-    bool has_letters = false;  // bytes that are shown, as letters too
+    bool is_brief = false;     // omit flags that are not set, empty cell masks and counters
+    bool is_short = false;     // "cell_voltage_1 3.6512 V  _2 3.6498", and only the name of a flag
+    bool has_letters = false;  // bytes that are shown, also as letters
   };
 
-  /// `start` may serve several of these: one log may need several catalogues.
+  /// `start` may be shared by several objects: one log may need several catalogues.
   FrameText(const DumpCatalogue& catalogue, const Style& style, LineStart& start);
 
   void print_text(const SeenFrame& seen, TextWriter& out);
   void print_json(const SeenFrame& seen, TextWriter& out) const;
-  /// The signals of a frame that passed its check, or else what it is and its bytes; two spaces before each.
+  /// The signals of a frame that passed its check, or else its failure or kind and its bytes; two spaces before each.
   void print_meaning(const SeenFrame& seen, TextWriter& out) const;
 
  private:
@@ -47,8 +47,8 @@ class FrameText {
     Piece text_unit;  // " V"
     Piece json_lead;  // "\"cell_voltage_1_uV\":"
     const SignalSpec* spec = nullptr;
-    std::int64_t steps_per_raw = 0;  // last digits shown in one raw count; 0: not a whole number
-    std::int64_t steps_of_zero = 0;  // those of raw 0
+    std::int64_t steps_per_raw = 0;  // last digits shown per raw count; 0: not a whole number
+    std::int64_t steps_of_zero = 0;  // last digits shown for raw 0
     std::int64_t divisor = 1;
     int decimals = 0;
     Show show = Show::number;

@@ -22,8 +22,8 @@ void LineStart::print(const LogLine& line, TextWriter& out) {
   print_fd_flags(line, out);
 }
 
-/// "B" for a faster data phase (BRS), "E" for an error-passive sender (ESI), "-" for neither. Nothing while all is
-/// classic CAN.
+/// "B" for a faster data phase (BRS), "E" for an error-passive sender (ESI), "-" for neither. Omitted while all frames
+/// are classic CAN.
 void LineStart::print_fd_flags(const LogLine& line, TextWriter& out) {
   const bool is_classic = line.kind == LogLineKind::frame;
   has_fd_flags_ = has_fd_flags_ || !is_classic;
@@ -50,7 +50,7 @@ void LineStart::print_date(std::int64_t time_us, TextWriter& out) {
     const std::size_t length = is_date ? std::strftime(date_.data(), date_.size(), "%Y-%m-%d %H:%M:%S", &parts) : 0;
     date_[length] = '\0';
   }
-  if (date_[0] == '\0') return out.time(time_us);  // a log may hold seconds that no calendar has
+  if (date_[0] == '\0') return out.time(time_us);  // a log may hold seconds outside of any calendar
   out.text(date_.data());
   out.letter('.');
   const std::int64_t below_us = time_us % 1'000'000;

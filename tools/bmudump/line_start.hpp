@@ -1,4 +1,4 @@
-// What stands before the meaning of each line: the time in the form asked for, the bus, which way the frame went.
+// The start of each line: the time in the requested form, the bus, the direction of the frame.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace bmu::dump {
 
 /// candump's -t.
 enum class TimeForm : std::uint8_t {
-  absolute,  // seconds, as the log or the system has them
+  absolute,  // seconds, from the log or the system
   delta,     // since the line before
   zero,      // since the first line
   date,      // local date and time
@@ -30,7 +30,7 @@ class LineStart {
   explicit LineStart(const Style& style) : style_(style) {}
 
   void print(const LogLine& line, TextWriter& out);
-  /// The log's clock was set by so much, above 0 forward: no time that passed.
+  /// The log's clock was changed by this much, above 0 forward: the time did not elapse.
   void leave_out(std::int64_t jump_us) {
     if (since_us_) *since_us_ += jump_us;
   }
@@ -42,7 +42,7 @@ class LineStart {
 
   Style style_;
   std::size_t bus_width_ = 0;  // names are padded to the longest seen so far
-  bool has_fd_flags_ = false;  // there was a frame of CAN FD: from then on all lines have a column for its flags
+  bool has_fd_flags_ = false;  // a frame of CAN FD was printed: from then on all lines have a column for its flags
   std::optional<std::int64_t> since_us_;
   std::int64_t date_s_ = -1;  // of date_
   std::array<char, 32> date_{};

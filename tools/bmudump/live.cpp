@@ -16,10 +16,11 @@
 namespace bmu::dump {
 namespace {
 
-/// Frames taken from one bus before the others have their turn and the output is flushed.
+/// Maximum number of frames read from one bus before the other buses are read and the output is flushed.
 constexpr int batch_size = 1'000;
 constexpr Duration maintain_period = 100ms;
-/// Silence from the start that makes one ask whether this is the bus one meant: every bus of ours is busier.
+/// A bus without frames for this time from the start is reported, because it may be the wrong one: every bus of a pack
+/// is busier.
 constexpr Duration silence_told_after = 2s;
 
 struct LiveBus {
@@ -72,7 +73,7 @@ class LiveRun {
   FollowScreen screen_;
   std::vector<std::string> names_;
   std::vector<LiveBus> buses_;
-  // Shown is the wall clock as of the start, carried on by the monotonic one: setting the clock makes no gap.
+  // Displayed times are the wall clock at the start, continued by the monotonic clock: setting the clock makes no gap.
   TimePoint start_ = monotonic_now();
   std::int64_t start_wall_us_ =
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -101,7 +102,7 @@ bool LiveRun::open() {
   return true;
 }
 
-/// "any" is every CAN interface there is now.
+/// Expands "any" to every CAN interface that exists now.
 bool LiveRun::find_names() {
   for (const BusWord& word : options_->buses) {
     if (word.name != "any") {
@@ -178,8 +179,8 @@ void LiveRun::tell_loss(LiveBus& bus) {
   bus.lost = lost;
 }
 
-/// Once: a bus unix:NAME exists as soon as it is named, and a misspelt one stays silent for ever. One that is down has
-/// been told already.
+/// Reports silent buses once: a bus unix:NAME exists as soon as it is named, and a misspelt one stays silent
+/// permanently. A bus that is down has been reported already.
 void LiveRun::tell_silence() {
   if (monotonic_now() < tell_silence_at_) return;
   tell_silence_at_ = TimePoint::max();
@@ -189,8 +190,8 @@ void LiveRun::tell_silence() {
   }
 }
 
-/// At the end, however soon that comes: who reads nothing but the output does not know a quiet bus from one without
-/// anybody.
+/// Called at the end, however early: a reader of the output alone cannot distinguish a quiet bus from one without any
+/// node.
 void LiveRun::tell_unheard() const {
   const double span_s = to_s(monotonic_now() - start_);
   for (const LiveBus& bus : buses_) {

@@ -25,13 +25,13 @@ std::optional<LogLine> frame_of(std::string_view line, ScreenRoom& room) {
   return screen && screen->line.kind == LogLineKind::frame ? std::optional(screen->line) : std::nullopt;
 }
 
-/// What the lines read so far tell.
+/// Bus names from the lines read so far.
 struct Found {
   std::string first;
   std::string of_device;
 };
 
-/// Until it has what it looks for.
+/// Reads until the bus of the device is found.
 void read_beginning(int fd, const Device& device, Found& found) {
   LineReader reader(fd);
   ScreenRoom room{};

@@ -1,4 +1,4 @@
-// The names of buses in logs that are not shown, for advice that can be typed as it stands.
+// Names of the buses in logs that are not shown, for advice that can be typed unchanged.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace bmu::dump {
 
-/// Of these logs the first bus with an identifier of the device, else the first bus there is. Empty if the beginning of
-/// none of them has a frame. Standard input ("-") is not read: what is read of it is gone.
+/// The first bus in these logs with an identifier of the device, else the first bus at all. Empty if the beginning of
+/// each log has no frame. Standard input ("-") is not read, because its data could not be read again.
 [[nodiscard]] std::string bus_of_logs(const std::vector<std::string>& files, const Device& device);
 
 }  // namespace bmu::dump

@@ -9,21 +9,21 @@
 namespace bmu::dump {
 namespace {
 
-constexpr std::uint32_t in_order_min = 100;                     // frames of one bus: times, and no differences
-constexpr std::int64_t quarter_s = 900;                         // no clock of any place is changed within one
-constexpr std::int64_t sum_max_us = 1'000'000'000'000'000'000;  // as much as a log line has room for
+constexpr std::uint32_t in_order_min = 100;  // frames of one bus in order: these are times, and no differences
+constexpr std::int64_t quarter_s = 900;      // no local clock is changed within one
+constexpr std::int64_t sum_max_us = 1'000'000'000'000'000'000;  // maximum that a log line can hold
 
 }  // namespace
 
-/// candump writes seconds since 1970 in ten digits, and since another line in three at least; below 100 s that is a
-/// form which no other program has.
+/// candump writes seconds since 1970 in ten digits, and seconds since another line in at least three; below 100 s no
+/// other program has that form.
 bool LogTimes::are_absolute(std::string_view line) {
   const std::size_t begin = line.find("(0");
   return begin == std::string_view::npos || line.find('.') != begin + 4;
 }
 
 void LogTimes::note_order(const LogLine& line) {
-  if (line.time_us == 0) return forget_order();  // another log begins, or the line before had the same time
+  if (line.time_us == 0) return forget_order();  // another log starts, or the line before had the same time
   const auto known =
       std::find_if(buses_.begin(), buses_.end(), [&line](const Bus& bus) { return bus.name == line.bus; });
   if (known == buses_.end()) {
@@ -55,7 +55,7 @@ void LogTimes::take(LogLine& line, LogTimeForm form) {
   }
 }
 
-/// A date that the place has twice, or not at all, when its clocks are changed, is one of the two.
+/// A local date that occurs twice, or not at all, when clocks are changed is interpreted as one of the two.
 std::int64_t LogTimes::utc_us(std::int64_t local_us) {
   const std::int64_t local_s = local_us / 1'000'000;
   if (local_s / quarter_s != quarter_) {

@@ -1,4 +1,4 @@
-// bmudump: shows frames as candump does, and says what they mean on the battery's buses.
+// bmudump: shows frames as candump does, and decodes them with the messages of the battery's buses.
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -25,7 +25,7 @@ int print_all(const std::string& text) {
   return exit_system;
 }
 
-/// False, with a word on standard error, if there is one that is no filter in any dialect.
+/// False, with a message on standard error, if a word is no filter in any dialect.
 bool add_words(const std::vector<std::string>& words, const std::string& where, const Catalogues& catalogues,
                Filter& filter) {
   for (const std::string& word : words) {
@@ -43,7 +43,7 @@ bool add_words(const std::vector<std::string>& words, const std::string& where, 
   return true;
 }
 
-/// The file that is read and is this one, too, by whatever name; "" if there is none.
+/// The input file that is identical to this one, under any name; "" if there is none.
 std::string also_read(int fd, const std::vector<std::string>& files) {
   struct stat written {};
   if (::fstat(fd, &written) != 0 || !S_ISREG(written.st_mode)) return "";
@@ -55,7 +55,7 @@ std::string also_read(int fd, const std::vector<std::string>& files) {
   return "";
 }
 
-/// Standard output, or the file of -f or -l; below 0 if that cannot be written. One that is read, too, stays as it is.
+/// Standard output, or the file of -f or -l; below 0 if that cannot be written. An input file is never overwritten.
 int open_output(const Options& options) {
   if (options.log_file.empty()) return STDOUT_FILENO;
   const int fd = ::open(options.log_file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
@@ -95,14 +95,14 @@ int show(const Options& options, const Catalogues& catalogues) {
   return dump.finish(options.files.empty() ? dump_live(options, dump) : dump_files(options, dump));
 }
 
-/// Where the device may be: the bus that is shown, or one of the log, or the word for one.
+/// The probable bus of the device: the bus that is shown, or one of the log, or a placeholder.
 std::string likely_bus(const Options& options, const bmu::Device& device) {
   const bool is_named = !options.buses.empty() && options.buses.front().name != every_bus;
   const std::string bus = is_named ? options.buses.front().name : bus_of_logs(options.files, device);
   return bus.empty() ? "BUS" : bus;
 }
 
-/// Two of those that are read together have an identifier in common: says who, and what to do.
+/// Reports that two senders in the same catalogue have an identifier in common, with the remedy.
 void tell_clash(const DumpCatalogue::Clash& clash, const std::string& bus, const Options& options) {
   if (clash.device == nullptr) {
     std::fputs("bmudump: --vehicle-base: there the vehicle messages would collide with those of the internal bus\n",
@@ -143,7 +143,7 @@ std::string dbc_of(const Options& options, const DumpCatalogue& own) {
   return bmu::dbc_text(devices.all(), options.nodes);
 }
 
-/// What needs no bus: nothing is read together there, so that identifiers in common do no harm.
+/// Output that needs no bus: no senders are decoded together, so that common identifiers do not matter.
 int print_tables(const Options& options) {
   catch_stop_signals();
   if (options.wants_devices) return print_all(device_page());

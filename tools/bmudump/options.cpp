@@ -17,7 +17,7 @@
 namespace bmu::dump {
 namespace {
 
-constexpr std::uint32_t bit_rate_max = 1'000'000;  // classic CAN has no more
+constexpr std::uint32_t bit_rate_max = 1'000'000;  // the maximum of classic CAN
 constexpr std::uint32_t vehicle_base_max = 0x7FF - 8;
 
 constexpr const char* description =
@@ -63,11 +63,11 @@ Exit codes:
      counted; places in a packed file are reported with their offset
   4  with --strict: some frames failed their check or are unknown)";
 
-/// Of --nodes, where none are asked for and the buses are ours; of a device all it has.
+/// Default of --nodes for bmud's buses; for a device all its nodes.
 constexpr const char* usual_nodes = "1-4";
 
-/// "1-4" and "7" of these nodes, as the rows of `whose` have them ("" if they are ours). Throws the library's error for
-/// what is none.
+/// "1-4" and "7" of these nodes, as numbered in the rows of `whose` ("" for bmud's). Throws the library's error for an
+/// invalid part.
 std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts, const NodeRange& range,
                                       const std::string& whose) {
   std::vector<std::uint8_t> nodes;
@@ -96,7 +96,7 @@ std::vector<std::uint8_t> parse_nodes(const std::vector<std::string>& parts, con
   return nodes;
 }
 
-/// Those of the DBC that is wanted.
+/// The nodes of the requested DBC.
 std::vector<std::uint8_t> nodes_of(const std::string& dbc, const std::vector<std::string>& asked) {
   const std::optional<NodeRange> range = nodes_of_dbc(dbc);
   const bool is_ours = devices_of_dbc(dbc).empty();
@@ -107,7 +107,8 @@ std::vector<std::uint8_t> nodes_of(const std::string& dbc, const std::vector<std
   return parse_nodes({is_ours ? usual_nodes : all}, *range, "");
 }
 
-/// A recording where a bus is wanted, as a newcomer writes it. An interface goes before a file of the same name.
+/// True for a recording given instead of a bus, a common error. An interface takes precedence over a file of the same
+/// name.
 bool looks_like_file(const BusWord& word) {
   const std::string& bus = word.name;
   if (bus.starts_with("unix:") || if_nametoindex(bus.c_str()) != 0) return false;
@@ -120,7 +121,7 @@ bool wants_colour(const std::string& when) {
   return isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
 }
 
-/// Text as CLI11 collects it, before it means something.
+/// Option texts as collected by CLI11, before interpretation.
 struct Words {
   std::vector<std::string> buses;
   std::string colour = "auto";
@@ -129,8 +130,8 @@ struct Words {
   std::string vehicle_base = "620";
   std::string time = "a";
   std::uint64_t silence_ms = 0;
-  int colours = 0;  // how many -c
-  int usual = 0;    // how many of candump's options that ask for what is done anyway
+  int colours = 0;  // number of -c
+  int usual = 0;    // number of candump's options that request the default behaviour
   bool json = false;
   bool log = false;
   bool log_with_name = false;
@@ -201,7 +202,7 @@ void declare_output(CLI::App& app, Options& options, Words& words) {
   app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
 }
 
-/// Told in few words, however many devices there are; completions offer them all.
+/// Its text is short, however many devices there are; completions offer them all.
 CLI::Validator one_of_dbc_words() {
   std::string all;
   for (const std::string& word : dbc_words()) all.append(all.empty() ? "{" : ",").append(word);
@@ -282,7 +283,7 @@ BusWord bus_word_of(const std::string& text) {
   return word;
 }
 
-/// As candump names its files.
+/// A file name as candump generates it.
 std::string log_name_of_now() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -292,7 +293,7 @@ std::string log_name_of_now() {
   return text.data();
 }
 
-/// Throws if more than one form of output is asked for; JSON of a summary is one.
+/// Throws if more than one form of output is requested; JSON of a summary is one form.
 void check_one_form(const Words& words, const Options& options) {
   struct Form {
     std::string_view name;
@@ -335,7 +336,7 @@ void conclude_input(Options& options, const Words& words) {
   }
 }
 
-/// What CLI11 cannot check. Throws its error type, to be reported in the same way.
+/// Checks that CLI11 cannot make. Throws its error type, so that it is reported in the same way.
 void conclude(Options& options, const Words& words) {
   check_one_form(words, options);
   if (words.log_with_name) options.log_file = log_name_of_now();

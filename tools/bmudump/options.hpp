@@ -1,4 +1,4 @@
-// What bmudump was asked to do, and the exit code that only it has.
+// Options of bmudump, and its specific exit code.
 #pragma once
 
 #include <chrono>
@@ -22,14 +22,14 @@ inline constexpr int exit_suspect = 4;  // --strict: some frames failed their ch
 
 enum class Output : std::uint8_t { text, json, log, summary, summary_json, follow };
 
-/// "can0,123:7FF,#FFFFFFFF": a bus, and what of it is to be shown.
+/// "can0,123:7FF,#FFFFFFFF": a bus, and the filters of its frames.
 struct BusWord {
   std::string name;
   std::vector<std::string> filter;
 };
 
 struct Options {
-  std::vector<BusWord> buses;      // live: to listen on; with files: to show
+  std::vector<BusWord> buses;      // live: to receive from; with files: to show
   std::vector<std::string> files;  // of -r; "-" is standard input
   Output output = Output::text;
   std::string log_file;  // instead of standard output
@@ -40,19 +40,19 @@ struct Options {
   bool is_coloured = false;
   std::optional<std::uint64_t> count;
   std::optional<double> seconds;
-  std::optional<std::chrono::milliseconds> silence;  // live: end after so long without a frame
+  std::optional<std::chrono::milliseconds> silence;  // live: end after this time without a frame
   std::vector<std::string> filter;
   DumpCatalogue::Choice catalogue;
   std::string dialect = "auto";
   std::vector<DeviceWord> devices;
   std::uint32_t bit_rate = 500'000;
-  std::string dbc;  // internal, vehicle, charger or a device: print it and end
+  std::string dbc;  // internal, vehicle, charger or a device: print it and exit
   std::vector<std::uint8_t> nodes;
   bool wants_protocol_doc = false;
   bool wants_devices = false;
 };
 
-/// Options, or the exit code to end with: help and errors are printed.
+/// Options, or the exit code if help or errors were printed.
 struct ParsedOptions {
   std::optional<Options> options;
   int exit_code = exit_ok;

@@ -62,7 +62,7 @@ std::string raw_text(const SignalSpec& signal, std::int64_t raw) {
   return text.data();
 }
 
-/// "3 communication", or of bits ".2 communication".
+/// "3 communication", or for bits ".2 communication".
 std::string name_text(const SignalSpec& signal, const RawName& name) {
   const std::string number = is_bit_set(signal)
                                  ? "." + std::to_string(std::countr_zero(static_cast<std::uint64_t>(name.raw)))
@@ -70,7 +70,7 @@ std::string name_text(const SignalSpec& signal, const RawName& name) {
   return number + " " + std::string(name.name);
 }
 
-/// "3", or of several "32, 33, 34".
+/// "3", or for several "32, 33, 34".
 std::string selected_text(const SignalSpec& signal) {
   std::string text;
   for (int turn = 0; turn < signal.selected_count; ++turn) {

@@ -1,4 +1,4 @@
-// The tables of docs/bus-protocol.md, made from the rows the codecs use.
+// The tables of docs/bus-protocol.md, generated from the rows that the codecs use.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace bmu::dump {
 
-/// Markdown: one heading and one table a message. `own` has both buses of ours.
+/// Markdown: one heading and one table per message. `own` has both buses of bmud.
 [[nodiscard]] std::string protocol_doc(const DumpCatalogue& own);
-/// The same of what these words name, in their order, whatever bus they name with it.
+/// The same for the devices named by these words, in their order, whatever bus is given with them.
 [[nodiscard]] std::string device_doc(const std::vector<DeviceWord>& words, const DumpCatalogue& own,
                                      bool sensor_little_endian);
 

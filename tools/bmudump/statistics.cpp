@@ -16,7 +16,7 @@ void count_gap(IdStatistics& row, std::int64_t time_us, std::int64_t left_out_us
   }
 }
 
-/// Of unknown identifiers every frame refreshes, of others those that passed.
+/// For unknown identifiers every frame refreshes, for others only those that passed.
 void count_in_row(IdStatistics& row, std::int64_t time_us, std::int64_t left_out_us, std::int64_t bits,
                   const CheckedFrame& verdict) {
   const bool is_known = verdict.message != nullptr;

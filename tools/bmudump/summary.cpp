@@ -27,7 +27,7 @@ void for_each_id(const BusStatistics& bus, const Print& print) {
   for (const std::uint32_t id : bus.extended_ids()) print(hex(id, 8), bus.extended(id));
 }
 
-/// A length alone may be a car's: what it tells counts where there are messages of a pack.
+/// A length alone may be from a car: the detection counts only if messages of a pack were received.
 bool tells_dialect(const Bus& bus) {
   return bus.evidence.has_vehicle() && !bus.dialect.sign().empty();
 }
@@ -37,7 +37,7 @@ bool has_counts(const BusStatistics& bus) {
 }
 
 struct Count {
-  std::string_view name;  // in JSON, and with spaces for a person
+  std::string_view name;  // in JSON, and with spaces in text
   std::uint64_t BusStatistics::*number;
 };
 constexpr Count counts[] = {

@@ -1,9 +1,9 @@
-// What was counted (statistics.hpp), at the end, for a person or as JSON: what was on each bus, how often, what failed
-// and why, and how busy the bus was.
+// The final report of the counters (statistics.hpp), as text or JSON: frames of each bus, rates, failures and their
+// reasons, and bus load.
 //
-// The load is what the frames shown took, over the time from the first to the last. It is the least there was: frames
-// that were not received whole, and those of CAN FD, whose bits a log does not have, come on top. What the clock of a
-// log was set by is no time in which anything could be sent (clock_jumps.hpp).
+// The load is that of the frames shown, over the time from the first to the last. It is a lower bound: frames that were
+// not received completely, and those of CAN FD, with bits that a log does not record, add to it. A change of the log's
+// clock is no time in which frames could be sent (clock_jumps.hpp).
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ namespace bmu::dump {
 
 class Summary {
  public:
-  /// `bit_rate` is what percentages refer to. `until_us`: up to then, without what the clock was set by, everything
-  /// would have been received. `clock_jumps`: how often it was set.
+  /// `bit_rate`: reference of the percentages. `until_us`: time, without the changes of the clock, until which all
+  /// frames would have been received. `clock_jumps`: number of changes of the clock.
   Summary(std::uint32_t bit_rate, std::int64_t until_us, std::uint64_t clock_jumps, TextWriter& out)
       : bit_rate_(bit_rate), until_us_(until_us), clock_jumps_(clock_jumps), out_(&out) {}
 
-  /// A table a bus; a line for each identifier that was seen.
+  /// A table per bus; a line for each received identifier.
   void print_text(std::span<const std::unique_ptr<Bus>> buses) const;
-  /// One object a bus and line.
+  /// One object and line per bus.
   void print_json(std::span<const std::unique_ptr<Bus>> buses) const;
 
  private:
@@ -43,7 +43,7 @@ class Summary {
   TextWriter* out_;
 };
 
-/// Frames no catalogue knows, and frames that failed their check.
+/// Frames unknown to all catalogues, and frames that failed their check.
 [[nodiscard]] std::uint64_t suspect_count(std::span<const std::unique_ptr<Bus>> buses);
 
 }  // namespace bmu::dump

@@ -79,7 +79,7 @@ void TextWriter::flush() {
     if (written >= 0) {
       from += written;
     } else if (errno == EAGAIN) {
-      pollfd ready{fd_, POLLOUT, 0};  // somebody made our output non-blocking: a shell sharing the terminal, say
+      pollfd ready{fd_, POLLOUT, 0};  // another process made the output non-blocking: a shell sharing the terminal
       ::poll(&ready, 1, -1);
     } else if (errno != EINTR) {
       error_ = errno;

@@ -1,7 +1,7 @@
-// Text on its way to a file descriptor: one buffer, own number formatting, write(2).
+// Writes text to a file descriptor: one buffer, own number formatting, write(2).
 //
-// A million frames a second leave no room for printf or iostreams: numbers are written two digits at a time and the
-// fixed parts of a line are pieces prepared once. Appending does not look at the room left; begin_line() makes sure of
+// A million frames per second are too many for printf or iostreams: numbers are written two digits at a time and the
+// fixed parts of a line are pieces prepared once. Appending does not check the free space; begin_line() guarantees
 // line_room bytes, more than the longest line needs (frame_text.cpp and dump.cpp assert it).
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace bmu::dump {
 
-/// A short fixed text, copied with one block copy of constant size whatever its length.
+/// A short fixed text, copied with one block copy of constant size for any length.
 class Piece {
  public:
   static constexpr std::size_t room = 64;
@@ -46,11 +46,11 @@ class TextWriter {
 
   explicit TextWriter(int fd);
 
-  /// Makes room for a line; everything until the next call together must fit line_room.
+  /// Makes room for a line; all text until the next call must fit line_room in total.
   void begin_line() {
     if (static_cast<std::size_t>(limit_ - at_) < line_room) flush();
   }
-  /// What begin_line() made room for; who writes there himself says with take() how much.
+  /// The room made by begin_line(); a caller that writes there reports the number of bytes with take().
   [[nodiscard]] std::span<char> room() { return {at_, line_room}; }
   void take(std::size_t count) { at_ += count; }
   void letter(char one) { *at_++ = one; }
@@ -61,22 +61,23 @@ class TextWriter {
     at_ += count;
   }
   void decimal(std::int64_t number) { scaled(number, 0); }
-  /// `steps` of the last digit shown, of which `decimals` are behind the point: 36512 and 4 are 3.6512.
+  /// Writes `steps` of the last digit shown, with `decimals` digits after the point: 36512 and 4 are 3.6512.
   void scaled(std::int64_t steps, int decimals);
   /// Exactly `digits` digits, leading zeros included.
   void hex(std::uint32_t number, int digits);
   /// Seconds with six decimals.
   void time(std::int64_t time_us) { scaled(time_us, 6); }
-  /// In double quotes, escaped as JSON wants it; bytes beyond ASCII as \u00XX, since nobody vouches for UTF-8.
+  /// In double quotes, escaped for JSON; bytes beyond ASCII as \u00XX, because valid UTF-8 is not guaranteed.
   void json_string(std::string_view some);
 
   void flush();
-  /// What was written and not flushed yet; for who wants text instead of a file.
+  /// Text that was written but not flushed; for callers that need text instead of a file.
   [[nodiscard]] std::string_view pending() const {
     return {buffer_.get(), static_cast<std::size_t>(at_ - buffer_.get())};
   }
   void drop_pending() { at_ = buffer_.get(); }
-  /// Nobody reads any more, or the system refused to write: `error` is the errno then. What is written is dropped.
+  /// True if the reader closed the output, or the system refused to write: `error` is the errno then. Further text is
+  /// dropped.
   [[nodiscard]] bool is_closed() const { return error_ != 0; }
   [[nodiscard]] int error() const { return error_; }
 

@@ -3,7 +3,7 @@
 namespace bmu::dump {
 namespace {
 
-/// As no nodes do.
+/// Node numbers never do.
 bool counts_from_0(const MessageSpec& message) {
   return message.has_node() && message.node_min == 0 && !message.node_0_is_all;
 }

@@ -1,5 +1,5 @@
-// What would have gone otherwise, told so that a person sees what it comes to: each event and each command of the
-// contactors that only one course has, and of the reports how many of each kind, and the first.
+// Differences between the recorded and the simulated decisions, in a form that shows their consequences: each event and
+// each contactor command that only one of both has, and for each kind of report the count and the first one.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@ std::string setting_text(std::int64_t set_by_us) {
   return "the clock was set " + std::string(set_by_us < 0 ? "back" : "forward") + " by " + seconds_text(set_by_us);
 }
 
-/// What the clock shows beyond what has passed between two parts of a life; less than a second is 0.
+/// Change of the wall clock beyond the time elapsed between two parts of a session; less than a second is 0.
 std::int64_t set_between(const PartSpan& before, const PartSpan& span) {
   if (!span.is_of_life(before) || span.from < before.until) return 0;
   const auto passed = std::chrono::floor<std::chrono::microseconds>(span.from - before.until);

@@ -1,10 +1,11 @@
-// Whether the parts of several files, or of one, are one recording: what is missing, twice, in another order or of
-// another life of the daemon is said. Each part is run all the same, for it brings what it begins with.
+// Checks whether the parts of several files, or of one, form one recording, and reports parts that are missing,
+// duplicate, out of order or of another session of the daemon. Each part is run nevertheless, because it contains its
+// initial state.
 //
-// Where the clock was set is noted, too, with its size: what lies between two parts of a life of the daemon is measured
-// by the core's clock, which is not set.
+// Changes of the wall clock are reported too, with their size: the time between two parts of a session is measured by
+// the core's clock, which is never set.
 //
-// Black boxes overlap, as each begins minutes before what it is for: of one nothing is said about what comes before it.
+// Black boxes overlap, because each starts minutes before its trigger: no discontinuity is reported before one.
 #pragma once
 
 #include <cstdint>
@@ -19,29 +20,29 @@
 
 namespace bmu::replay {
 
-/// Where the recording's clock was set within a part, by a second or more.
+/// A change of the recording's wall clock within a part, by a second or more.
 struct ClockSetting {
   std::uint64_t line = 0;  // of the file
   std::int64_t by_us = 0;  // above 0: forward
 };
 
-/// A part that has been run.
+/// A part that was run.
 struct PartSpan {
   std::string file;
   std::uint64_t first_line = 1;
   RecordPartId id;
-  std::int64_t from_log_us = 0;  // its first time and its last one; 0: it has none
+  std::int64_t from_log_us = 0;  // its first and last time; 0: it has none
   std::int64_t until_log_us = 0;
-  TimePoint from{};  // the same two on the core's clock, which is not set and goes on through a life of the daemon
+  TimePoint from{};  // the same two on the core's clock, which is never set and continues through a session
   TimePoint until{};
-  bool is_black_box = false;  // the file is one
+  bool is_black_box = false;  // the file is a black box
   std::vector<ClockSetting> clock_settings{};
 
   [[nodiscard]] bool has_times() const { return from_log_us != 0; }
   [[nodiscard]] bool is_of_life(const PartSpan& other) const { return id.life != 0 && id.life == other.id.life; }
 };
 
-/// Where a part does not go on from the one before it, or on another clock.
+/// A part that does not continue the one before it, or continues it on a changed clock.
 struct Join {
   std::string file;
   std::uint64_t line = 0;
@@ -50,14 +51,14 @@ struct Join {
 
 class Joins {
  public:
-  /// So many are told.
+  /// Maximum number of reported discontinuities.
   static constexpr std::size_t joins_max = 1'000;
 
-  /// One after the other, in the order in which they were given.
+  /// Adds the parts one by one, in the order of the command line.
   void take(const PartSpan& span);
   [[nodiscard]] const std::vector<Join>& found() const { return found_; }
 
-  /// What a clock was set by is no less.
+  /// Smaller changes of the clock are not reported.
   static constexpr std::int64_t clock_setting_min_us = 1'000'000;
 
  private:

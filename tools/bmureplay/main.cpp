@@ -47,7 +47,7 @@ int show_config(const Options& options) {
   const auto part = reader.next();
   Replay replay({});
   std::string_view text = part ? std::string_view(part->text) : std::string_view{};
-  // As far as the end of the head: whether this version can run it does not matter here.
+  // Only up to the end of the head: whether this version can run the recording does not matter here.
   while (!text.empty() && replay.core() == nullptr && replay.take(text.substr(0, text.find('\n')))) {
     text.remove_prefix(text.find('\n') + 1);
   }

@@ -30,7 +30,7 @@ struct Options {
 
 struct ParsedOptions {
   std::optional<Options> options;
-  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+  int exit_code = exit_ok;  // if there are no options: help was requested, or the command line is wrong
 };
 
 [[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);

@@ -50,16 +50,16 @@ void PartReader::end_hole() {
   damages_.back().goes_on_line = reader_->line_number();
 }
 
-/// Up to the head of the next part. False: there is none yet, and more has to be read.
+/// Reads up to the head of the next part. False: no complete part yet, more has to be read.
 bool PartReader::take_lines() {
   LineReader::Line line;
   while (reader_->take(line)) {
-    line.text = without_byte_order_mark(line.text);  // also where files were put together
+    line.text = without_byte_order_mark(line.text);  // also within a file that was concatenated from several
     if (line.is_too_long) {
       tell({.file = name_, .line = reader_->line_number(), .text = "the line is too long for a recording"});
       continue;
     }
-    if (!line.has_end) {  // what is missing of it would pass for another decision
+    if (!line.has_end) {  // the truncated line could pass for another decision
       tell({.file = name_,
             .line = reader_->line_number(),
             .text = "the last line has no end: the file was cut off there"});

@@ -13,27 +13,27 @@
 
 namespace bmu::replay {
 
-/// A place that could not be read, or not be run.
+/// A range that could not be read or run.
 struct Damage {
   std::string file;
   std::uint64_t line = 0;  // 0: the file as a whole, or an offset that `text` names
   std::string text;
-  std::uint64_t goes_on_line = 0;  // of the part that was read next; 0: none, or nothing was left out
-  std::int64_t not_run_us = 0;     // of the recording's time, from here to there or to the file's end; 0: not known
+  std::uint64_t goes_on_line = 0;  // line of the next part that was read; 0: none, or nothing was omitted
+  std::int64_t not_run_us = 0;     // of the recording's time, up to goes_on_line or the end of the file; 0: unknown
 };
 
 struct Part {
   std::string file;
   std::uint64_t first_line = 1;  // of the file
   std::string text;              // whole lines with their line feeds
-  bool ends_torn = false;        // lines behind it are missing
+  bool ends_torn = false;        // the lines after it are missing
 };
 
-/// No part is larger: of one that goes on, the beginning is taken, and what follows up to the next part is left out and
-/// told. What the daemon writes stays below 100 MB: a head of 4 MB; lines of 30 s, and of the minute that its thread
-/// may be behind, at no more than 1 MB a second (RecordFeedOptions).
+/// Maximum size of a part: of a longer one only the beginning is used, and the lines up to the next part are omitted
+/// and reported. Parts from the daemon stay below 100 MB: a head of 4 MB; lines of 30 s, and of the minute that its
+/// thread may lag, at no more than 1 MB per second (RecordFeedOptions).
 inline constexpr std::size_t part_bytes_max = std::size_t{256} << 20;
-/// So many damages are told; of a file that is full of them nobody reads more.
+/// Maximum number of reported damages; a longer list is useless to a reader.
 inline constexpr std::size_t damages_max = 1'000;
 
 class PartReader {
@@ -41,11 +41,11 @@ class PartReader {
   explicit PartReader(const std::vector<std::string>& files, std::size_t bytes_max = part_bytes_max)
       : files_(files.begin(), files.end()), bytes_max_(bytes_max) {}
 
-  /// The next part; notes before the first head of a file belong to its first part, and what is of a part whose head is
-  /// missing is one. None: all is read.
+  /// The next part; notes before the first head of a file belong to its first part, and lines without their part's head
+  /// form a part too. None: everything is read.
   [[nodiscard]] std::optional<Part> next();
   [[nodiscard]] const std::vector<Damage>& damages() const { return damages_; }
-  /// A file could not be opened or read at all.
+  /// True if a file could not be opened or read at all.
   [[nodiscard]] bool has_failed() const { return has_failed_; }
 
  private:
@@ -63,8 +63,8 @@ class PartReader {
   Part growing_;
   std::optional<Part> whole_;
   std::vector<Damage> damages_;
-  bool is_in_hole_ = false;  // lines are missing, and what comes cannot be run before the next head
-  bool is_in_part_ = false;  // what grows is more than notes
+  bool is_in_hole_ = false;  // lines are missing, and the following ones cannot be run before the next head
+  bool is_in_part_ = false;  // growing_ contains more than notes
   bool has_failed_ = false;
 };
 

@@ -52,7 +52,7 @@ void add_lines(const char* mark, const std::vector<std::string>& lines, std::str
   for (const std::string& line : lines) to += "    " + std::string(mark) + line.substr(2) + "\n";
 }
 
-/// The lines that only one side has.
+/// The lines that only one of the two lists has.
 std::vector<std::string> only_in(const std::vector<std::string>& lines, const std::vector<std::string>& others) {
   std::vector<std::string> own;
   for (const std::string& line : lines) {
@@ -75,7 +75,7 @@ void add_difference(const Difference& difference, std::string& to) {
   }
 }
 
-/// Once for all that comes behind the same lines.
+/// Added once for all differences after the same modified lines.
 void add_cause(const Difference& difference, std::uint64_t told_line, std::string& to) {
   if (difference.altered_line == 0 || difference.altered_line == told_line) return;
   to += "    it comes behind lines that are not as they were written: " + difference.file + ":" +

@@ -1,4 +1,4 @@
-// What a run came to, for people and for machines.
+// The result of a run, as text and as JSON.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace bmu::replay {
 
-/// `other_name`: of the pack file that decided instead of the recorded one; "" for none.
+/// `other_name`: the pack file used instead of the recorded one; "" for none.
 [[nodiscard]] std::string outcome_text(const Outcome& outcome, const std::string& other_name);
 [[nodiscard]] std::string outcome_json(const Outcome& outcome, const std::string& other_name);
 
-/// The exit code, as --help lists them.
+/// The exit code, as --help lists it.
 [[nodiscard]] int exit_code_of(const Outcome& outcome);
 
 }  // namespace bmu::replay

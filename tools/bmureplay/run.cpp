@@ -16,29 +16,29 @@ namespace bmu::replay {
 
 namespace {
 
-/// What became of one part.
+/// Result of one part.
 struct PartOutcome {
   Part part;
   std::string version;
   std::string pack_name;
   std::optional<BlackBoxHead> black_box;
   ReplayCounts counts;
-  std::int64_t first_log_us = 0;  // of the first tick of all that was run
+  std::int64_t first_log_us = 0;  // of the first tick that was run at all
   std::int64_t from_log_us = 0;   // of the part
   std::int64_t until_log_us = 0;
   TimePoint from{};
   TimePoint until{};
   std::vector<ClockSetting> clock_settings;
   std::uint64_t checksum_at_begin = 0;
-  std::uint64_t checksum_at_end = 0;  // 0: it did not come that far
+  std::uint64_t checksum_at_end = 0;  // 0: the end was not reached
   RecordPartId id;
   std::vector<Difference> differences;
   std::vector<Damage> alterations;
   std::optional<RecordProblem> problem;
-  std::int64_t end_log_us = 0;  // with a problem: of the latest line behind it; 0: none has a time
+  std::int64_t end_log_us = 0;  // after a problem: of the latest following line with a time; 0: none has a time
 };
 
-/// Of the lines before the first head.
+/// Reads the head of a black box from the lines before the first head.
 std::optional<BlackBoxHead> black_box_of(const std::string& file, std::string_view text) {
   constexpr std::string_view mark = "# black-box ";
   if (!text.starts_with(mark)) return std::nullopt;
@@ -47,7 +47,7 @@ std::optional<BlackBoxHead> black_box_of(const std::string& file, std::string_vi
 
 constexpr std::string_view clock_line_begin = "# ahead_us ";
 
-/// How far the clock was set in these lines.
+/// Change of the wall clock in these lines.
 std::int64_t set_in(std::string_view text, const RecordReader& reader) {
   const std::size_t at = text.rfind(std::string("\n").append(clock_line_begin));
   if (at == std::string_view::npos) return 0;
@@ -56,7 +56,7 @@ std::int64_t set_in(std::string_view text, const RecordReader& reader) {
   return ahead_us - reader.clock().ahead_us;
 }
 
-/// Of the latest line that has one, by the clock of where reading ended; 0: none has.
+/// Time of the latest line that has one, by the clock at the position where reading ended; 0: none has one.
 std::int64_t end_log_us_of(std::string_view text, const RecordReader& reader) {
   const std::int64_t set_by_us = set_in(text, reader);
   while (!text.empty()) {
@@ -74,7 +74,7 @@ std::int64_t end_log_us_of(std::string_view text, const RecordReader& reader) {
   return 0;
 }
 
-/// Gives a replay the lines of a part, and keeps what differs.
+/// Feeds the lines of a part to a replay, and collects the differences.
 class PartRun {
  public:
   explicit PartRun(const RunOptions& options) : options_(options) {}
@@ -128,7 +128,7 @@ class PartRun {
   }
 
  private:
-  /// What is left, from a line that could not be taken on.
+  /// Returns the remaining text, from the line that could not be processed.
   template <class Runner>
   std::string_view take_lines(std::string_view text, Runner& replay) {
     while (!text.empty()) {
@@ -139,7 +139,7 @@ class PartRun {
     }
     return text;
   }
-  /// The clock of the part's head is compared with that of the part before (Joins).
+  /// Stores changes within a part; the clock of its head is compared with that of the part before (Joins).
   template <class Runner>
   void note_clock(const Runner& replay) {
     const RecordReader& reader = replay.reader();
@@ -191,7 +191,7 @@ std::string line_of(const Damage& damage) {
   return damage.file + (damage.line == 0 ? "" : ":" + std::to_string(damage.line)) + ": " + damage.text;
 }
 
-/// Puts the parts' outcomes together, in their order.
+/// Merges the results of the parts, in their order.
 class Merger {
  public:
   Merger(Outcome& outcome, const RunOptions& options) : outcome_(outcome), options_(options) {}
@@ -218,7 +218,7 @@ class Merger {
     if (options_.progress) options_.progress(outcome_.counts.covered);
   }
 
-  /// When all is taken.
+  /// Called after the last part.
   void end(const PartReader& reader) {
     for (const Problem& problem : problems_) take_at_end(problem);
     for (Damage damage : reader.damages()) {
@@ -230,14 +230,14 @@ class Merger {
   }
 
  private:
-  /// Where the file goes on is known later.
+  /// The line at which the file resumes is determined later.
   struct Problem {
     Damage damage;
     RecordProblemKind kind = RecordProblemKind::damaged;
     std::size_t span = 0;  // of its part
   };
 
-  /// The clock as it was when this life of the daemon began: what it was set by later did not pass.
+  /// Keeps the clock of the session's start: later changes of the clock are not elapsed time.
   void follow_life(const PartOutcome& part) {
     if (part.from_log_us == 0) return;
     const bool goes_on = part.id.life != 0 && part.id.life == life_;
@@ -282,7 +282,7 @@ class Merger {
                          .kind = problem.kind,
                          .span = spans_.size() - 1});
   }
-  /// A recording without its beginning is one, if only damaged, when more of it could be run.
+  /// A recording with a missing beginning counts as damaged only if other parts of its file could be run.
   void take_at_end(Problem problem) {
     const bool is_damage = problem.kind == RecordProblemKind::damaged ||
                            (problem.kind == RecordProblemKind::no_recording && spans_.has_run(problem.damage.file));
@@ -297,7 +297,7 @@ class Merger {
   RecordPartId id_before_;
   std::int64_t life_ = 0;
   RecordClock life_clock_;
-  std::string file_before_;  // a file has no holes; between two of them there may be one
+  std::string file_before_;  // a file has no gaps; between two files there may be one
   bool is_black_box_ = false;
   Joins joins_;
   RunSpans spans_;
@@ -317,7 +317,7 @@ void run_beside_each_other(PartReader& reader, const RunOptions& options, Merger
   while (!running.empty()) take_first();
 }
 
-/// "" if the recorded state fits the other pack, or why not.
+/// "" if the recorded state fits the other pack; else the reason.
 std::string misfit(const CoreConfig& recorded, const CoreConfig& other) {
   if (recorded.modules.size() != other.modules.size()) {
     const std::size_t count = other.modules.size();
@@ -336,7 +336,7 @@ std::string misfit(const CoreConfig& recorded, const CoreConfig& other) {
   return "";
 }
 
-/// With the recorded bit rate, which is no matter of limits.
+/// Uses the recorded bit rate, which is independent of the limits.
 Result<CoreConfig, std::string> instead_of(const PackConfig& recorded, const PackConfig& other) {
   CoreConfig config = at_rate(other, std::int64_t{recorded.buses.internal_kbit_per_s} * 1000).core;
   std::string reason = misfit(recorded.core, config);

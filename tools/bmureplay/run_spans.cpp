@@ -9,13 +9,13 @@ namespace bmu::replay {
 
 namespace {
 
-/// 0, too, where one of the clocks had not been set: how much it is then is not known.
+/// 0 also if one of the clocks was not set: the difference is unknown then.
 std::int64_t between(std::int64_t from_log_us, std::int64_t to_log_us) {
   const bool is_known = from_log_us != 0 && to_log_us != 0 && is_clock_set(from_log_us) == is_clock_set(to_log_us);
   return is_known ? std::max<std::int64_t>(0, to_log_us - from_log_us) : 0;
 }
 
-/// By the core's clock within a life of the daemon: the other one may have been set.
+/// By the core's clock within a session, because the wall clock may have been set.
 std::int64_t between(const PartSpan& before, const PartSpan& next) {
   if (!before.is_of_life(next) || !before.has_times() || !next.has_times()) {
     return between(before.until_log_us, next.from_log_us);

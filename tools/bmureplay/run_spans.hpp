@@ -1,4 +1,4 @@
-// How much of a file was not run: between the part that is damaged and the next one, or the file's end.
+// Duration of the recording that was not run: between a damaged part and the next one, or the end of the file.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,17 @@ namespace bmu::replay {
 
 class RunSpans {
  public:
-  /// Each part in its order, also one of which nothing was run: that has no times, and several of them are one span.
-  /// `end_log_us`: of its last line, if it was not run to its end; 0: not known.
+  /// Adds each part in order, including those of which nothing was run: these have no times, and consecutive ones form
+  /// one span. `end_log_us`: of the last line, if the part was not run to its end; 0: unknown.
   void take(const PartSpan& span, std::int64_t end_log_us);
   [[nodiscard]] std::size_t size() const { return spans_.size(); }
-  /// Something of this file was run.
+  /// True if a part of this file was run.
   [[nodiscard]] bool has_run(const std::string& file) const;
 
-  /// A part of the span number `index`, from 0, could not be run to its end: says where the file goes on, and how much
-  /// was not run.
+  /// For a part of the span number `index`, from 0, that could not be run to its end: sets the line at which the file
+  /// resumes, and the duration that was not run.
   void complete(Damage& damage, std::size_t index) const;
-  /// The same for a place that could not be read.
+  /// The same for a range that could not be read.
   void complete(Damage& damage) const;
 
  private:

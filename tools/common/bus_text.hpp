@@ -1,4 +1,4 @@
-// What to tell somebody whose bus cannot be opened.
+// Text for a bus that cannot be opened.
 #pragma once
 
 #include <cerrno>
@@ -8,7 +8,7 @@
 
 namespace bmu {
 
-/// The system's reason; for an interface that is not there, also how to make or find one.
+/// The system's reason; for a missing interface also how to create or find one.
 [[nodiscard]] inline std::string open_failure_text(const std::string& bus, const OsError& error) {
   if (error.code != ENODEV) return to_text(error);
   if (!bus.starts_with("vcan")) return "there is no interface " + bus + "; `ip -br link` lists those there are";

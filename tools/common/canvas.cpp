@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// Bytes of the character that begins here; 1 for a byte that begins none.
+/// Number of bytes of the character that starts here; 1 for an invalid first byte.
 std::size_t character_length(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   const std::size_t wanted = first < 0xC0 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
@@ -38,7 +38,7 @@ int Canvas::put_within(int row, int column, int room, std::string_view text, Sty
   return end;
 }
 
-/// The column behind the text, as if all of it had been put.
+/// Returns the column after the text, as if all of it had been put.
 int Canvas::put_until(int row, int column, int end, std::string_view text, Style style) {
   while (!text.empty()) {
     const std::string_view character = text.substr(0, character_length(text));

@@ -1,4 +1,4 @@
-// A screen's worth of characters to draw on. What does not fit a row is cut off, so that drawing needs no care; the row
+// A screen of characters to draw on. Text that does not fit a row is cut off, so that drawing needs no checks; the row
 // then ends with a mark.
 #pragma once
 
@@ -16,11 +16,11 @@ class Canvas {
  public:
   Canvas(int width, int height, std::string_view cut_mark);
 
-  /// Writes UTF-8 text; returns the column behind it. Control characters become '?': nothing drawn can steer a
+  /// Writes UTF-8 text; returns the column after it. Control characters become '?': drawn text cannot control a
   /// terminal.
   int put(int row, int column, std::string_view text, Style style = Style::normal);
   int put(int row, int column, const Line& line);
-  /// The same within `room` columns: what does not fit them is cut off with the mark. Returns the column behind them.
+  /// The same within `room` columns: longer text is cut off with the mark. Returns the column after them.
   int put_within(int row, int column, int room, std::string_view text, Style style = Style::normal);
   /// One style for a whole row, from its first to its last column.
   void fill(int row, Style style);
@@ -28,7 +28,7 @@ class Canvas {
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
 
-  /// A row without what is blank at its end; "" for a row outside.
+  /// A row without trailing blanks; "" for a row outside.
   [[nodiscard]] std::string row_text(int row, bool with_colour) const;
   /// All rows down to the last that is not blank, a line each.
   [[nodiscard]] std::string text(bool with_colour) const;

@@ -1,4 +1,4 @@
-// Numbers in a text, as printf has them.
+// Formatted numbers in a text, with the syntax of printf.
 #pragma once
 
 #include <array>

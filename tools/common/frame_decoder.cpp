@@ -4,7 +4,7 @@
 #include <array>
 #include <new>
 
-#define ZLIB_CONST  // what is unpacked is not written to
+#define ZLIB_CONST  // the compressed input is not written to
 #include <zlib.h>
 #include <zstd.h>
 #include <zstd_errors.h>
@@ -14,7 +14,7 @@
 namespace bmu {
 namespace {
 
-/// As far as the bytes go: fewer may begin one.
+/// Compares the available bytes only: they may be a part of the magic.
 bool may_be(std::string_view magic, std::string_view bytes) {
   return magic.starts_with(bytes.substr(0, magic.size()));
 }
@@ -24,7 +24,7 @@ bool may_be(std::string_view magic, std::string_view bytes) {
 constexpr int window_log_max = 24;
 static_assert(std::size_t{1} << window_log_max == PackedText::window_max);
 
-/// 28 B5 2F FD, as zstd files begin; and 50 to 5F 2A 4D 18, as frames that hold no text.
+/// 28 B5 2F FD, the start of zstd files; and 50 to 5F 2A 4D 18, frames that hold no text.
 constexpr std::size_t zstd_magic_size = 4;
 constexpr std::string_view zstd_magic = "\x28\xB5\x2F\xFD";
 constexpr std::string_view skippable_magic_tail = "\x2A\x4D\x18";
@@ -55,12 +55,12 @@ class ZstdDecoder final : public FrameDecoder {
   }
   ~ZstdDecoder() override { ZSTD_freeDCtx(context_); }
 
-  /// A piece at a time: of a call that ends in damage the library does not tell what it gave. So a block goes in
-  /// without the header of the next, and text that did not fit comes out before anything more goes in.
+  /// Feeds one piece at a time, because the library does not report the output of a call that ends in damage. So a
+  /// block is fed without the header of the next, and text that did not fit is taken out before further input.
   ///
-  /// Bytes of a frame's head go in one by one, as the library reads more into several at once: the magic of a format
-  /// from before zstd 0.8, which it then unpacks and says on damage that it filled all the room; and within the header
-  /// a whole frame, which it takes for this one where there is room for its text.
+  /// Bytes of a frame's head are fed one by one, because given several at once the library detects more: the magic of a
+  /// format from before zstd 0.8, which it then decompresses and, on damage, reports as having filled the whole buffer;
+  /// and within the header a whole frame, which it decompresses as this one if there is room for its text.
   Step step(std::string_view packed, std::span<char> text) override {
     const std::size_t piece = taken_ < header_size_max ? 1 : piece_;
     ZSTD_inBuffer in{packed.data(), has_text_left_ ? 0 : std::min(packed.size(), piece), 0};
@@ -84,21 +84,22 @@ class ZstdDecoder final : public FrameDecoder {
   static constexpr std::size_t header_size_max = 18;  // magic included
   static constexpr std::size_t block_header_size = 3;
 
-  /// It asks for a block with the header of the next; of anything else, as the last block, less at a time does no harm.
+  /// The library requests a block with the header of the next; for other requests, e.g. the last block, less is
+  /// harmless.
   static std::size_t piece_of(std::size_t wanted) {
     return wanted > block_header_size ? wanted - block_header_size : wanted;
   }
 
   ZSTD_DCtx* context_;
-  std::size_t taken_ = 0;  // of the frame that is open
-  std::size_t piece_ = 1;  // what goes in next, behind its head
+  std::size_t taken_ = 0;  // bytes of the current frame
+  std::size_t piece_ = 1;  // size of the next input after the head
   bool has_text_left_ = false;
 };
 
 // --- gzip -----------------------------------------------------------------------------------------------------------
 
-/// 1F 8B 08; no flags but the five that are defined; behind four bytes of a time how it was packed, and on which of the
-/// few systems that have a number. Three bytes alone would be found by chance in what is damaged.
+/// 1F 8B 08; no flags except the five defined ones; after four bytes of a time the compression level, and one of the
+/// few systems that have a number. Three bytes alone would occur by chance in damaged data.
 bool may_begin_gzip(std::string_view bytes) {
   constexpr std::size_t flags_at = 3;
   constexpr std::size_t effort_at = 8;
@@ -129,7 +130,7 @@ class GzipDecoder final : public FrameDecoder {
     if (result == Z_STREAM_END) {
       done.is_frame_end = true;
       inflateReset(&stream_);
-    } else if (result == Z_OK || result == Z_BUF_ERROR) {  // the latter: there was nothing to do
+    } else if (result == Z_OK || result == Z_BUF_ERROR) {  // the latter: no progress was possible
       done.has_more = stream_.avail_out == 0;
     } else {
       done.damage = words_of(stream_.msg == nullptr ? "" : stream_.msg);

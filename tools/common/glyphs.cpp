@@ -46,7 +46,7 @@ const Glyphs plain_glyphs{.contact_closed = "#",
 
 namespace {
 
-/// A console's font has 256 or 512 signs: no small bars among them. A real terminal of the VT family has no others at
+/// A console's font has 256 or 512 characters, without small bars. A real terminal of the VT family has no others at
 /// all.
 bool has_few_signs(std::string_view terminal) {
   return terminal == "linux" || terminal.substr(0, 2) == "vt" || terminal == "ansi" || terminal == "dumb";

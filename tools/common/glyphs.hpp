@@ -1,4 +1,4 @@
-// The signs pictures are drawn with: the pretty ones where the terminal speaks UTF-8, plain ones elsewhere.
+// The characters of live views and charts: pretty_glyphs if the terminal uses UTF-8, plain_glyphs otherwise.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@ namespace bmu {
 struct Glyphs {
   std::string_view contact_closed;
   std::string_view contact_open;
-  std::string_view contact_differs;  // commanded closed, not (yet) fed back, or the other way round
+  std::string_view contact_differs;  // commanded closed and feedback pending, or the reverse
   std::string_view contact_unknown;
   std::string_view line;
-  std::string_view corner_down;  // a branch that goes down from a line
-  std::string_view corner_end;   // where it comes back
+  std::string_view corner_down;  // a branch down from a line
+  std::string_view corner_end;   // the end of the branch
   std::string_view low_left;
   std::string_view low_right;
   std::string_view bar_full;
@@ -22,14 +22,14 @@ struct Glyphs {
   std::string_view highest;
   std::string_view bullet;
   std::string_view minus;
-  std::string_view cut;                    // at the end of what does not fit
+  std::string_view cut;                    // at the end of text that does not fit
   std::array<std::string_view, 8> levels;  // a value between its limits, as one column
 };
 
 extern const Glyphs pretty_glyphs;
 extern const Glyphs plain_glyphs;
 
-/// By the environment: its locale, and the kind of terminal.
+/// Selected by the environment: its locale, and the type of terminal.
 [[nodiscard]] const Glyphs& glyphs_for_locale();
 
 }  // namespace bmu

@@ -49,7 +49,7 @@ LineReader::Filled LineReader::fill() {
   return was_at_end || end_ == 0 ? Filled::end : Filled::more;
 }
 
-/// What is left of a line before a damaged place could pass for a shorter one.
+/// Drops the start of a line before a damaged range, because it could pass for a shorter line.
 void LineReader::drop_torn_line() {
   if (end_ > 0) ++line_number_;
   end_ = 0;

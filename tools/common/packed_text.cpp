@@ -15,14 +15,14 @@
 namespace bmu {
 namespace {
 
-/// Read at a time; and kept behind what was taken, to look for the next frame in: a torn block swallows what follows
-/// it before it is noticed, and no block of zstd is longer than this. gzip's may be: of its frames one that began
-/// further back is not found.
+/// Bytes read at a time; and bytes kept after they were taken, to search for the next frame: a torn block includes the
+/// following bytes before the damage is detected, and no block of zstd is longer than this. Those of gzip may be
+/// longer: a gzip frame that started further back is not found.
 constexpr std::size_t read_size = 131'072;
 constexpr std::size_t kept_size = 131'072 + 1'024;
 constexpr std::size_t room_size = kept_size + read_size;
-/// So far into a file that begins with no frame one is looked for: the first one may have lost its magic, and that of a
-/// recording, which holds the state of a large pack, may be long.
+/// Search range for a frame in a file that does not start with one: the first frame may have lost its magic, and that
+/// of a recording, with the state of a large pack, may be long.
 constexpr std::size_t begin_max = 1'048'576;
 
 bool may_be_packed(std::string_view bytes) {
@@ -36,7 +36,7 @@ const Packing* packing_of(std::string_view bytes) {
   return found == packings().end() ? nullptr : &*found;
 }
 
-/// Of what a packing makes, more than half are no letters; in a log a few may be.
+/// More than half of compressed bytes are not letters; a log may contain a few such bytes.
 bool is_binary(std::string_view bytes) {
   const auto is_odd = [](char letter) {
     const auto code = static_cast<unsigned char>(letter);
@@ -46,7 +46,7 @@ bool is_binary(std::string_view bytes) {
   return odd > bytes.size() / 4;
 }
 
-/// By the first byte alone, for most of a text.
+/// Indexed by the first byte, which decides for most of a text.
 std::array<bool, 256> first_bytes() {
   std::array<bool, 256> may_be_first{};
   for (std::size_t code = 0; code < may_be_first.size(); ++code) {
@@ -58,7 +58,7 @@ std::array<bool, 256> first_bytes() {
 
 enum class Trial : std::uint8_t { no_frame, too_short, frame };
 
-/// What by chance begins as a frame gives no text.
+/// Decompresses tentatively: bytes that start like a frame by chance give no text.
 Trial tried(const Packing& packing, std::string_view bytes) {
   if (bytes.size() < packing.begin_size) return Trial::too_short;
   const std::unique_ptr<FrameDecoder> decoder = packing.make_decoder();
@@ -85,7 +85,7 @@ class PackedText::Unpacker {
  private:
   enum class Form : std::uint8_t {
     unknown,
-    doubtful,  // no frame at the begin; text, unless one follows
+    doubtful,  // no frame at the start; plain text, unless a frame follows
     plain,
     packed,
     refused
@@ -112,18 +112,18 @@ class PackedText::Unpacker {
   int fd_;
   Form form_ = Form::unknown;
   const Packing* packing_ = nullptr;
-  std::unique_ptr<FrameDecoder> decoder_;  // of what is packed
-  std::vector<char> bytes_;                // what was read: taken already up to at_, not yet up to end_
+  std::unique_ptr<FrameDecoder> decoder_;  // for compressed input
+  std::vector<char> bytes_;                // input: taken up to at_, pending up to end_
   std::size_t at_ = 0;
   std::size_t end_ = 0;
-  std::size_t look_at_ = 0;        // while it is doubtful: no frame begins before this
-  std::size_t text_end_ = 0;       // while it is doubtful: what is left before this is text
+  std::size_t look_at_ = 0;        // while doubtful: no frame starts before this
+  std::size_t text_end_ = 0;       // while doubtful: bytes before this are plain text
   std::uint64_t offset_ = 0;       // of bytes_[0] in the file
-  std::uint64_t frame_begin_ = 0;  // offset of the frame that is open, or of the next
+  std::uint64_t frame_begin_ = 0;  // offset of the current frame, or of the next
   bool is_in_frame_ = false;
-  bool is_searching_ = false;  // for the next frame behind damage
+  bool is_searching_ = false;  // for the next frame after damage
   bool is_at_end_ = false;
-  bool has_text_left_ = false;  // inside the decoder: what was unpacked did not fit
+  bool has_text_left_ = false;  // inside the decoder: text that did not fit
   Damage damage_;
 };
 
@@ -138,7 +138,7 @@ PackedText::Read PackedText::Unpacker::read(std::span<char> into) {
 }
 
 PackedText::Read PackedText::Unpacker::find_form() {
-  while (may_be_packed(left())) {  // if not, it is told already: whoever types shall not have to wait
+  while (may_be_packed(left())) {  // else the form is known: interactive input must not wait
     const Refill got = refill();
     if (got == Refill::end) break;
     if (got == Refill::interrupted) return {Status::interrupted};
@@ -150,7 +150,7 @@ PackedText::Read PackedText::Unpacker::find_form() {
   return {};
 }
 
-/// All of it is one damage.
+/// Reports the whole file as one damage.
 PackedText::Read PackedText::Unpacker::refuse() {
   while (!is_at_end_) {
     at_ = end_;
@@ -163,10 +163,10 @@ PackedText::Read PackedText::Unpacker::refuse() {
   return {Status::damaged};
 }
 
-/// Text is given out as it comes; what looks packed is held until a frame is found, or none is near.
+/// Plain text is returned as it arrives; binary bytes are held until a frame is found, or the search range ends.
 PackedText::Read PackedText::Unpacker::read_doubtful(std::span<char> into) {
   while (true) {
-    if (at_ < text_end_) return give_plain(into, text_end_);  // judged as a whole, whatever the room for it
+    if (at_ < text_end_) return give_plain(into, text_end_);  // evaluated as a whole, for any size of `into`
     if (look_for_frame()) return begin_behind_damage();
     if (look_at_ > at_ && !is_binary(left().substr(0, look_at_ - at_))) {
       text_end_ = look_at_;
@@ -181,7 +181,7 @@ PackedText::Read PackedText::Unpacker::read_doubtful(std::span<char> into) {
   return read_plain(into);
 }
 
-/// True: one begins at look_at_. False: there is none before that.
+/// True: a frame starts at look_at_. False: none starts before it.
 bool PackedText::Unpacker::look_for_frame() {
   static const std::array<bool, 256> may_be_first = first_bytes();
   for (; look_at_ < end_; ++look_at_) {
@@ -209,7 +209,7 @@ PackedText::Read PackedText::Unpacker::begin_behind_damage() {
   return {Status::damaged};
 }
 
-/// Of what was read.
+/// Copies bytes that were read already.
 PackedText::Read PackedText::Unpacker::give_plain(std::span<char> into, std::size_t until) {
   const std::size_t size = std::min(into.size(), until - at_);
   std::memcpy(into.data(), bytes_.data() + at_, size);
@@ -235,7 +235,7 @@ PackedText::Unpacker::Refill PackedText::Unpacker::refill() {
     look_at_ -= std::min(look_at_, gone);
     text_end_ -= std::min(text_end_, gone);
   }
-  if (end_ == bytes_.size()) bytes_.resize(2 * bytes_.size());  // all of it is held
+  if (end_ == bytes_.size()) bytes_.resize(2 * bytes_.size());  // all bytes are still needed
   const ssize_t count = ::read(fd_, bytes_.data() + end_, bytes_.size() - end_);
   if (count < 0) return errno == EINTR ? Refill::interrupted : Refill::failed;
   end_ += static_cast<std::size_t>(count);
@@ -250,7 +250,7 @@ PackedText::Read PackedText::Unpacker::read_packed(std::span<char> into) {
   }
 }
 
-/// Text of size 0: not yet, go on.
+/// Text of size 0: call again.
 PackedText::Read PackedText::Unpacker::unpack_or_refill(std::span<char> into) {
   if (at_ < end_ || has_text_left_) return unpack(into);
   switch (refill()) {
@@ -277,7 +277,7 @@ PackedText::Read PackedText::Unpacker::unpack(std::span<char> into) {
   return {Status::text, done.given};
 }
 
-/// What was kept is looked through again from behind the start of the bad frame.
+/// The kept bytes are searched again from the byte after the start of the damaged frame.
 void PackedText::Unpacker::begin_damage(std::string what) {
   damage_ = {.begin = frame_begin_, .end = frame_begin_, .what = std::move(what)};
   is_searching_ = true;

@@ -1,4 +1,4 @@
-// Text that scrolls by: lines of styled words, and tables whose columns line up.
+// Scrolling text: lines of styled words, and tables with aligned columns.
 #pragma once
 
 #include <string>
@@ -16,22 +16,22 @@ struct Span {
 };
 using Line = std::vector<Span>;
 
-/// Text without a style of its own.
+/// Text with the normal style.
 [[nodiscard]] Span plain(std::string text);
 
-/// Columns a terminal needs for it; every character of ours takes one.
+/// Number of columns on a terminal; every character that bmud prints takes one.
 [[nodiscard]] std::size_t width_of(std::string_view text);
 
-/// The same in lines of at most `width` columns, broken between words; what follows the first is set in by `indent`. A
-/// word that is longer is broken anywhere.
+/// The same in lines of at most `width` columns, broken between words; lines after the first are indented by `indent`.
+/// A longer word is broken anywhere.
 [[nodiscard]] std::vector<Line> wrapped(const Line& line, std::size_t width, std::size_t indent);
 
 class Page {
  public:
   void add(Line line) { lines_.push_back(std::move(line)); }
-  /// "label     words": a heading of fixed width and what belongs to it.
+  /// "label     words": a heading of fixed width and its text.
   void add_field(std::string_view label, Line words);
-  /// Rows of equal length. Columns named in `right` are aligned to the right.
+  /// Rows of equal length. Columns listed in `right` are right-aligned.
   void add_table(const std::vector<Line>& rows, const std::vector<std::size_t>& right);
 
   [[nodiscard]] std::string text(bool with_colour) const;

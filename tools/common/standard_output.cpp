@@ -13,7 +13,7 @@ namespace bmu {
 
 namespace {
 
-/// Of the first write that failed; 0: none did. One thread writes.
+/// errno of the first write that failed; 0: none failed. Used by one thread.
 int first_error = 0;
 constexpr int unknown_error = -1;
 
@@ -21,7 +21,7 @@ void keep(int error) {
   if (first_error == 0) first_error = error;
 }
 
-/// Whoever shares it with us has set it not to block.
+/// Waits, because another process that shares the output made it non-blocking.
 bool wait_for_room() {
   pollfd room{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
   return ::poll(&room, 1, -1) == 1 || errno == EINTR;
@@ -50,7 +50,7 @@ bool has_output_failed() {
 }
 
 int end_output(const char* program, int status) {
-  // An earlier write of stdio may have failed, and nobody knows any more why.
+  // An earlier write of stdio may have failed; its cause is no longer known.
   if (std::fflush(stdout) != 0) {
     keep(errno);
   } else if (std::ferror(stdout) != 0) {

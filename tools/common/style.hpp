@@ -1,4 +1,4 @@
-// The few ways text can look, and the terminal's codes for them.
+// The text styles, and the terminal's codes for them.
 #pragma once
 
 #include <cstdint>

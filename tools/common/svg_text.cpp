@@ -19,7 +19,7 @@ void append(std::string& to, std::initializer_list<std::string_view> parts) {
 
 namespace {
 
-/// Bytes of the character that begins here; 0 if none does.
+/// Number of bytes of the character that starts here; 0 if it is invalid.
 std::size_t character_length(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   if (first < 0x80) return 1;

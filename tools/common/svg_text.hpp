@@ -1,5 +1,4 @@
-// What every picture in SVG needs: numbers and texts as they may stand in it, the range of what is drawn, and round
-// numbers for its axes.
+// Helpers of every SVG chart: escaped numbers and texts, the range of the data, and round numbers for its axes.
 #pragma once
 
 #include <initializer_list>
@@ -12,25 +11,25 @@ namespace bmu::svg {
 [[nodiscard]] std::string number(double value, int digits = 1);
 void append(std::string& to, std::initializer_list<std::string_view> parts);
 
-/// Fit for the text and for the attributes of SVG and HTML, whatever is in it.
+/// Escapes any text for the content and the attributes of SVG and HTML.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 struct Range {
   double low = 0.0;
-  double high = -1.0;  // below `low`: nothing was taken yet
+  double high = -1.0;  // below `low`: no value yet
 
   [[nodiscard]] bool is_empty() const { return high < low; }
-  /// What is not finite is left out.
+  /// Values that are not finite are ignored.
   void take(double value);
-  /// Never empty afterwards, nor narrower than `width_min`.
+  /// Afterwards the range is neither empty nor narrower than `width_min`.
   void widen(double width_min = 0.0);
 };
 
-/// 1, 2 or 5 times a power of ten, so that there are some `count` of them.
+/// 1, 2 or 5 times a power of ten, so that there are about `count` ticks.
 [[nodiscard]] double tick_step(const Range& range, double count = 6.0);
 /// Multiples of the step, from end to end.
 [[nodiscard]] std::vector<double> ticks_of(const Range& range, double step);
-/// Decimals that tell two ticks apart.
+/// Number of decimals that distinguishes two ticks.
 [[nodiscard]] int digits_for(double step);
 
 }  // namespace bmu::svg

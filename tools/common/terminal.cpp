@@ -9,11 +9,11 @@ namespace bmu {
 
 namespace {
 
-// A terminal that knows no other screen is left empty, with the cursor at its top.
+// A terminal without an alternate screen is left empty, with the cursor at its top.
 constexpr const char* enter_code = "\033[?1049h\033[?25l\033[?7l\033[2J";
 constexpr const char* leave_code = "\033[0m\033[2J\033[H\033[?7h\033[?25h\033[?1049l";
 
-/// A background job that touches the terminal's settings would be stopped.
+/// A background job that changes the terminal's settings would be stopped.
 bool is_foreground() {
   return ::isatty(STDIN_FILENO) != 0 && ::tcgetpgrp(STDIN_FILENO) == ::getpgrp();
 }

@@ -1,4 +1,4 @@
-// The terminal while a picture fills it: other screen, no cursor, no echo; and back again whatever happens.
+// A terminal with a full-screen view: alternate screen, no cursor, no echo; restored in every case.
 #pragma once
 
 #include <termios.h>
@@ -10,7 +10,7 @@ struct WindowSize {
   int height = 30;
 };
 
-/// Of the terminal standard output is; the default if it is none.
+/// Of the terminal of standard output; the default if it is none.
 [[nodiscard]] WindowSize window_size();
 
 class FullScreen {

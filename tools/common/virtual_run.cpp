@@ -11,7 +11,7 @@ namespace bmu {
 
 namespace {
 
-/// Why a pack opens other than by a fault; a fault has its own name.
+/// Causes of opening other than faults; a fault has its own name.
 constexpr OpeningCause other_causes[] = {OpeningCause::none, OpeningCause::request_over, OpeningCause::shut_down,
                                          OpeningCause::precharge_retry, OpeningCause::permission};
 
@@ -107,9 +107,9 @@ void VirtualRun::stop() {
   stopped_at_ = now_;
 }
 
-/// Frames first, with the time before the stop; then what is told with the time of now.
+/// Delivers frames first, with the time before the stop; then the other observations with the present time.
 void VirtualRun::go_on() {
-  constexpr Duration lateness_max = 20ms;  // of daemon/shell/loop.cpp
+  constexpr Duration lateness_max = 20ms;  // as in daemon/shell/loop.cpp
   const TimePoint stopped_at = std::exchange(stopped_at_, TimePoint{});
   const TimePoint before = latest_at_;
   const bool is_late = now_ - stopped_at > lateness_max;

@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::size_t line_length_max = 4096;
 
-/// Opened for writing, too: so it does not end when the last of its writers goes.
+/// Opened for writing too, so that it does not end when its last writer closes it.
 OwnedFd open_pipe(const std::string& name) {
   return OwnedFd(::open(name.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
 }
 
-/// Of a file one cannot wait for what is added to it.
+/// False for a file: additions to it cannot be waited for.
 bool can_be_waited_for(const OwnedFd& fd) {
   struct stat status {};
   if (::fstat(fd.get(), &status) != 0) return false;
@@ -47,7 +47,7 @@ std::vector<LiveEvents::Line> LiveEvents::read() {
   std::array<char, line_length_max> part{};
   const auto count = ::read(fd_.get(), part.data(), part.size());
   if (count < 0 && (errno == EAGAIN || errno == EINTR)) return lines;
-  // A terminal that gives an error has nothing more to say.
+  // A terminal that returns an error delivers no further input.
   is_over_ = count <= 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) take(part.at(static_cast<std::size_t>(i)), lines);
   if (is_over_) end_line(lines);
@@ -56,7 +56,7 @@ std::vector<LiveEvents::Line> LiveEvents::read() {
 
 void LiveEvents::take(char character, std::vector<Line>& lines) {
   if (character == '\n') return end_line(lines);
-  // One more than is allowed tells that it was too long.
+  // One character more than permitted marks a line that is too long.
   if (begun_.size() <= line_length_max) begun_.push_back(character);
 }
 

@@ -1,5 +1,5 @@
-// What somebody wants to happen now: lines of the script language without their time, on standard input or a named
-// pipe, each as soon as it is there. For a bench, where a person turns the key; what is to be repeated is a script.
+// Live events: lines of the script language without their time, on standard input or a named pipe, each executed on
+// arrival. For a bench with an operator at the key; repeatable sequences are scripts.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@ class LiveEvents {
   struct Line {
     std::uint32_t number = 0;  // from 1
     std::string text;
-    bool is_too_long = false;  // more than 4096 bytes: not to be taken, for something is missing
+    bool is_too_long = false;  // more than 4096 bytes: not executed, because a part is missing
   };
 
-  /// "-" is standard input, which goes on being whoever's it is. A named pipe has no end: who writes into it may come
-  /// and go. The error names what was found and what was wanted; a file is none of both, and a script.
+  /// "-" is standard input, which stays open for other users. A named pipe has no end: its writers may open and close
+  /// it. The error names found and expected; a file is neither of both, and is used as a script.
   [[nodiscard]] static Result<LiveEvents, OsError> open(const std::string& name);
 
-  /// For epoll. Level triggered: a call of read() takes a part.
+  /// For epoll. Level triggered: one call of read() reads a part.
   [[nodiscard]] int fd() const { return fd_.get(); }
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Whole lines, without those that are empty or a comment. Never waits when fd() is readable.
+  /// Complete lines, without empty ones and comments. Never waits when fd() is readable.
   [[nodiscard]] std::vector<Line> read();
-  /// Standard input has ended; what stood there without an end of line is a line, too.
+  /// True if standard input has ended; text after its last newline counts as a line.
   [[nodiscard]] bool is_over() const { return is_over_; }
 
  private:
@@ -40,7 +40,7 @@ class LiveEvents {
 
   OwnedFd fd_;
   std::string name_;
-  std::string begun_;  // of the line that has not ended
+  std::string begun_;  // of the incomplete line
   std::uint32_t number_ = 1;
   bool is_over_ = false;
 };

@@ -1,4 +1,4 @@
-// mmusim: modules, power distribution unit, current sensor and pack on a bus, as a script wants them.
+// mmusim: emulates modules, power distribution unit, current sensor and pack on a bus, as directed by a script.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -42,11 +42,11 @@ std::optional<std::string> read_file(const std::string& name) {
   return stream.bad() ? std::nullopt : std::optional(std::move(text));
 }
 
-/// The lines that are right may still ask for what the pack does not have; whoever mends a script wants to know all.
+/// Valid lines are still checked against the pack, so that all problems of a script are reported at once.
 std::optional<ScenarioReading> load_script(const Options& options) {
   if (options.scenario.empty()) return ScenarioReading{};
   const std::optional<std::string> text = read_file(options.scenario);
-  // On a bus the master is somebody else's: there is nobody to be asked.
+  // On a bus the master is another process: its state cannot be queried.
   const bool has_vocabulary = options.has_master || options.only_check;
   if (text) return read_scenario(*text, has_vocabulary ? core_vocabulary() : MasterVocabulary{});
   complain(options.scenario + ": cannot be read: " + std::strerror(errno));
@@ -106,8 +106,8 @@ bool is_there(Port port, const CoreConfig& pack) {
   return false;
 }
 
-/// One port of each bus, as two of one program would hear each other. None: one of them cannot be opened, and why has
-/// been told.
+/// Opens one port per bus, because two ports of one program would receive each other's frames. None: one of them cannot
+/// be opened; the reason has been printed.
 std::optional<RunPorts> open_ports(const BusNames& names, const CoreConfig& pack) {
   RunPorts ports{.served_by = served_by(names)};
   for (const Port port : all_ports) {
@@ -153,7 +153,7 @@ int run(const Options& options) {
     std::printf("%s\n%s", property_table_markdown().c_str(), state_table_markdown().c_str());
     return exit_ok;
   }
-  // Pack before scenario: both are reported when both are wrong, and the code is the pack's.
+  // The pack is read before the scenario: both are reported if both are wrong, and the exit code is the pack's.
   std::optional<PackConfig> pack;
   if (!options.pack.empty()) pack = load_pack(options.pack);
   std::optional<ScenarioReading> script = load_script(options);
@@ -175,7 +175,7 @@ int run(const Options& options) {
   return run_on_bus(options, *pack, config, std::move(script->scenario));
 }
 
-/// Stop signals come through a descriptor, so they must not end the program before.
+/// Blocks the stop signals until they are read from a descriptor, so that they do not end the program earlier.
 void block_stop_signals() {
   sigset_t stops{};
   sigemptyset(&stops);

@@ -38,7 +38,7 @@ Exit codes:
   65  the scenario is wrong or cannot be read: every problem is reported with line and column
   78  the pack file is wrong: every problem is reported)";
 
-/// Nine frames of each module are still a fifth of the default poll period.
+/// Nine frames of each module then still take a fifth of the default poll period.
 constexpr std::uint64_t frame_spacing_max_us = 2'000;
 
 void declare(CLI::App& app, Options& options) {
@@ -100,7 +100,7 @@ void refuse_buses_in_virtual_time(const Options& options) {
   }
 }
 
-/// What CLI11 cannot check.
+/// Checks that CLI11 cannot make.
 void conclude(const Options& options) {
   if (options.only_properties) return;
   if (options.only_check && options.scenario.empty()) {

@@ -18,17 +18,17 @@ using exit_codes::exit_usage;
 inline constexpr int exit_failed = 3;
 
 struct Options {
-  std::string bus;          // empty: the pack's own
+  std::string bus;          // empty: the bus in the pack file
   std::string charger_bus;  // likewise
   std::string vehicle_bus;
   std::string inverter_bus;
   std::string second_pack_bus;
   std::string pack;
   std::string scenario;  // empty: at rest, vehicle off
-  std::string events;    // "-": standard input; empty: none but the script's
-  std::string record;    // empty: nowhere
+  std::string events;    // "-": standard input; empty: only those of the script
+  std::string record;    // empty: no recording
   std::optional<double> seconds;
-  std::uint64_t seed = 1;  // 0: no measuring noise
+  std::uint64_t seed = 1;  // 0: no measurement noise
   std::uint32_t frame_spacing_us = 250;
   bool has_master = false;  // beside the pack in this process; implies virtual time
   bool is_virtual = false;
@@ -40,7 +40,7 @@ struct Options {
 
 struct ParsedOptions {
   std::optional<Options> options;
-  int exit_code = exit_ok;  // when there are none: help was asked for, or the line is wrong
+  int exit_code = exit_ok;  // if there are no options: help was requested, or the command line is wrong
 };
 
 [[nodiscard]] ParsedOptions parse_options(int argc, const char* const* argv);

@@ -35,7 +35,7 @@ void Recording::begin_part(TimePoint now) {
 }
 
 void Recording::observed(const Observation& observation) {
-  // Before an observation all that was recorded has been taken in and decided on.
+  // Before an observation, all recorded observations have been processed and decided on.
   if (is_part_due_) begin_part(observation.at);
   is_part_due_ = false;
   writer_.observed(observation);

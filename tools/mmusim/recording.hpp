@@ -1,5 +1,5 @@
-// Writes what the master of a virtual run is told and decides, as the daemon would have: parts of half a minute, for
-// bmureplay. There is no wall clock in virtual time: it begins on 14 November 2023 at 22:13:20 UTC.
+// Records the observations and decisions of the master of a virtual run in the daemon's format: parts of half a minute,
+// for bmureplay. Virtual time has no wall clock: it starts on 14 November 2023 at 22:13:20 UTC.
 #pragma once
 
 #include <fstream>
@@ -13,13 +13,14 @@ namespace bmu::sim {
 
 class Recording : public CoreTap {
  public:
-  /// The run must have a core, and outlives this. Overwrites the file; finish() says whether that went well.
+  /// Precondition: the run has a core, and outlives the object. Overwrites the file; finish() returns whether that
+  /// succeeded.
   Recording(const std::string& path, const PackConfig& pack, VirtualRun& run);
   ~Recording() override;
 
   void observed(const Observation& observation) override;
   void decided(TimePoint at, const Decisions& decisions) override;
-  /// Everything is in the file when this returns true.
+  /// Returns true if everything is in the file.
   [[nodiscard]] bool finish();
 
  private:

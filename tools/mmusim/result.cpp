@@ -19,7 +19,7 @@ double seconds_of(Duration duration) {
 
 const ScenarioOutcome* outcome_of(const ScenarioPlayer& script, const ScenarioStep* step) {
   const auto outcomes = script.outcomes();
-  // From the latest: news are about what was decided just now.
+  // From the latest: news refer to the latest decision.
   const auto found = std::find_if(outcomes.rbegin(), outcomes.rend(),
                                   [step](const ScenarioOutcome& outcome) { return outcome.step == step; });
   return found == outcomes.rend() ? nullptr : &*found;

@@ -1,4 +1,4 @@
-// What a run came to: as text for people, as JSON for machines, as an exit code for scripts.
+// The result of a run: as text, as JSON, as an exit code for scripts.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@
 
 namespace bmu::sim {
 
-/// A moment in which a master beside the pack opened it, in its words.
+/// An opening by a master beside the pack, with the cause as its text.
 struct Opening {
   double at_s = 0.0;
   std::string text;
 };
 
-/// What people had happen while it ran.
+/// Number of live events during the run.
 struct EventCounts {
   std::uint64_t taken = 0;
   std::uint64_t refused = 0;
@@ -25,21 +25,21 @@ struct EventCounts {
 
 struct RunResult {
   const ScenarioPlayer* script = nullptr;          // concluded
-  double ran_s = 0.0;                              // in the emulated world
-  std::optional<double> took_s{};                  // in the real one, when that is another
-  std::vector<std::string> lines{};                // what else there is to say, a line each
-  std::optional<EventCounts> events{};             // where there was a way to say something
-  std::optional<std::vector<Opening>> openings{};  // when there was a master
-  std::optional<std::string> ended_by_signal{};    // its name; none: the run came to its end
+  double ran_s = 0.0;                              // in virtual time
+  std::optional<double> took_s{};                  // in real time, if that differs
+  std::vector<std::string> lines{};                // further results, a line each
+  std::optional<EventCounts> events{};             // if live events were possible
+  std::optional<std::vector<Opening>> openings{};  // if there was a master
+  std::optional<std::string> ended_by_signal{};    // its name; none: the run was completed
 };
 
 /// "SIGINT" or "SIGTERM".
 [[nodiscard]] std::string stop_signal_name(int signal);
 
-/// "12.300 s" is printed before it by the caller: what happened, or what became of a condition.
+/// The event, or the result of a condition. The caller prints "12.300 s" before it.
 [[nodiscard]] std::string news_text(const ScenarioPlayer& script, const ScenarioNews& news);
 
-/// Summary (or JSON) on standard output, the reason of a failure on standard error. The exit code.
+/// Prints the summary (or JSON) on standard output, the reason of a failure on standard error. Returns the exit code.
 [[nodiscard]] int tell_result(const Options& options, const RunResult& result);
 
 }  // namespace bmu::sim

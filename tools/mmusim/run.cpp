@@ -15,7 +15,7 @@
 namespace bmu::sim {
 namespace {
 
-/// Read before the timer has its turn again: a flooded bus must not stop the world.
+/// Maximum number of frames read before the timer is served: a flooded bus must not stop the simulation.
 constexpr int frames_per_wake_up = 1'000;
 constexpr Duration maintain_period = 100ms;
 
@@ -36,7 +36,7 @@ Result<void, OsError> watch(const OwnedFd& epoll, int fd) {
   return {};
 }
 
-/// Takes the number of expirations off a timer; how many does not matter, the clock says where we are.
+/// Clears the number of expirations of a timer; it is not used, because the clock gives the time.
 void drain(const OwnedFd& timer) {
   std::uint64_t expirations = 0;
   (void)!::read(timer.get(), &expirations, sizeof expirations);
@@ -76,7 +76,7 @@ Result<void, OsError> Run::init() {
   return events_ ? watch(epoll_, events_->fd()) : Result<void, OsError>{};
 }
 
-/// For the next time on the grid that begins with the run, as most periods are multiples of its step.
+/// Arms the timer for the next time on a grid that starts with the run, because most periods are multiples of its step.
 Result<void, OsError> Run::arm_timer() {
   const Duration step = simulator_->is_busy() ? Plant::step_length : Simulator::calm_step;
   const TimePoint wake_at = started_at_ + ((simulator_->now() - started_at_) / step + 1) * step + counts_.left_out;
@@ -120,7 +120,8 @@ void Run::take_signal() {
 void Run::take_events() {
   for (const LiveEvents::Line& line : events_->read()) apply(line);
   if (!events_->is_over()) return;
-  // Before it is closed: who has it open as well, as a shell its terminal, keeps it alive for epoll.
+  // Before it is closed: another process with the same open description, e.g. a shell, would keep it registered in
+  // epoll.
   static_cast<void>(::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, events_->fd(), nullptr));
   events_.reset();
 }

@@ -1,10 +1,10 @@
-// The simulator on a real bus in real time: one epoll over the bus, a timer, the stop signals and what people write.
+// The simulator on a real bus in real time: one epoll over the bus, a timer, the stop signals and the live events.
 //
-// The timer wakes it every millisecond while somebody of the pack is busy with an answer, and else every 5 ms: a pack
-// at rest takes little of a machine that has one processor, or an emulated one.
+// The timer fires every millisecond while a device of the pack is busy with an answer, and else every 5 ms: a pack at
+// rest takes little of a machine with one processor, or an emulated one.
 //
-// Virtual time follows the monotonic clock. Woken late, it catches up millisecond by millisecond; later than
-// `catch_up_max`, the rest is left out and counted: a world that was stopped must not replay its past into the bus.
+// Virtual time follows the monotonic clock. After a delay it catches up millisecond by millisecond; beyond
+// `catch_up_max` the remaining time is skipped and counted: a stopped simulation must not replay its past onto the bus.
 #pragma once
 
 #include <array>
@@ -33,13 +33,13 @@ struct RunCounts {
   std::uint64_t sends_failed = 0;
   std::uint64_t polls = 0;
   Duration worst_answer{};  // from a POLL being read to the first frame of a module after it
-  Duration left_out{};      // time that was not caught up
+  Duration left_out{};      // time that was skipped
 };
 
-/// The buses on which somebody of the emulated pack is, by the daemon's names for them.
+/// The buses with a device of the emulated pack, by the daemon's names for them.
 struct RunPorts {
   ServedBy served_by = all_ports;
-  std::array<std::unique_ptr<BusPort>, port_count> ports{};  // null: served by another, or nobody is there
+  std::array<std::unique_ptr<BusPort>, port_count> ports{};  // null: served by another, or without a device
 
   [[nodiscard]] BusPort& serving(Port port) const {
     return *ports.at(static_cast<std::size_t>(served_by.at(static_cast<std::size_t>(port))));
@@ -57,10 +57,10 @@ class Run {
         events_(std::move(events)),
         started_at_(started_at) {}
 
-  /// Until a stop signal, the end of --seconds or the script's verdict; without --seconds also until a script that is a
-  /// test is over. SIGINT and SIGTERM must be blocked.
+  /// Runs until a stop signal, the end of --seconds or the script's verdict; without --seconds also until a script that
+  /// is a test is over. Precondition: SIGINT and SIGTERM are blocked.
   [[nodiscard]] Result<void, OsError> run();
-  /// The script must have been concluded.
+  /// Precondition: the script has been concluded.
   [[nodiscard]] RunResult result() const;
 
  private:

@@ -18,11 +18,11 @@
 namespace bmu::sim {
 namespace {
 
-/// One look at the clock and the signals for so much of the run.
+/// Number of steps between two checks of the clock and the signals.
 constexpr int steps_per_look = 1'000;
 constexpr Duration progress_period = 500ms;
 
-/// Its name; none has come.
+/// The name of the pending stop signal; none: there is none.
 std::optional<std::string> stop_signal() {
   sigset_t pending{};
   sigpending(&pending);
@@ -32,7 +32,7 @@ std::optional<std::string> stop_signal() {
   return std::nullopt;
 }
 
-/// One line on a terminal, written over and over.
+/// One line on a terminal, which is overwritten.
 class Progress {
  public:
   Progress(const Options& options, TimePoint began_at)

@@ -1,8 +1,8 @@
-// A run without a bus, as fast as this machine can: the emulated pack in virtual time, alone or with the daemon's core
-// beside it in this process.
+// A run without a bus, at the maximum speed of the machine: the emulated pack in virtual time, alone or with the
+// daemon's core in the same process.
 //
 // It ends with the script's verdict, --seconds, a stop signal or, without --seconds, when the script is over. On a
-// terminal it shows on standard error how far it is.
+// terminal it shows its progress on standard error.
 #pragma once
 
 #include "config/pack_config.hpp"
@@ -12,7 +12,7 @@
 
 namespace bmu::sim {
 
-/// SIGINT and SIGTERM must be blocked. The exit code.
+/// Precondition: SIGINT and SIGTERM are blocked. Returns the exit code.
 [[nodiscard]] int run_virtual(const Options& options, const PackConfig& pack, const SimulatorConfig& config,
                               Scenario scenario);
 

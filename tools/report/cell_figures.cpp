@@ -1,4 +1,4 @@
-// What is known of each cell at the end: a mark for each in its place in the pack, and all of it in a table.
+// The state of each cell at the end: a mark for each at its position in the pack, and all values in a table.
 #include <cmath>
 
 #include "tools/report/chart.hpp"
@@ -12,12 +12,12 @@ using svg::append;
 using svg::escaped;
 using svg::number;
 
-/// More modules than these have their numbers alone below the picture.
+/// With more modules only their numbers are shown below the chart.
 constexpr std::size_t modules_named_max = 4;
 
 // --- the place of a cell --------------------------------------------------------------------------------------------
 
-/// Cells of one module: the first, and the one behind the last.
+/// Cells of one module: the first, and one past the last.
 struct ModuleCells {
   std::size_t first = 0;
   std::size_t last = 0;
@@ -58,13 +58,13 @@ std::string module_axis(const ReportData& data) {
   return out + "</div>\n";
 }
 
-// --- a picture ------------------------------------------------------------------------------------------------------
+// --- a chart --------------------------------------------------------------------------------------------------------
 
 struct CellPlot {
   std::string title;
   std::string unit;
   std::string description;
-  bool from_zero = false;  // bars; else marks with their doubt
+  bool from_zero = false;  // bars; else marks with their uncertainty
 };
 
 class CellDrawing {

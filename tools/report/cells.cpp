@@ -1,4 +1,4 @@
-// The cells' voltages over time.
+// The chart of the cell voltages over time.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,11 +13,12 @@ namespace bmu::report {
 namespace {
 
 constexpr std::size_t outliers_max = 4;
-/// Further from the median than this, a cell is none of the others; or than so many times what is usual among them.
+/// A cell is an outlier if its mean deviation from the median exceeds both this and that multiple of the usual
+/// deviation.
 constexpr double deviation_told_V = 0.010;
 constexpr double deviation_told_times = 4.0;
 
-/// Mean distance from the median over all columns where both are known; 0 if there are none.
+/// Mean distance from the median over all columns in which both are known; 0 if there are none.
 double deviation_of(const Series& cell, const std::vector<float>& median) {
   double sum = 0.0;
   std::size_t count = 0;

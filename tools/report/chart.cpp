@@ -13,9 +13,9 @@ using svg::escaped;
 using svg::number;
 
 constexpr int time_ticks_wanted = 8;
-/// Nearer to an end than this, a text would stick out.
+/// Minimum distance of a text from both ends, so that it does not stick out.
 constexpr double label_margin = 15.0;
-/// A short hole is seen, too.
+/// Minimum width, so that a short gap is visible.
 constexpr double hole_width_min = 1.5;
 
 svg::Range range_of(const Plot& plot) {
@@ -34,7 +34,7 @@ svg::Range range_of(const Plot& plot) {
   return range;
 }
 
-/// Some room above and below, so that no line runs along the frame.
+/// Adds some space above and below, so that no line runs along the frame.
 svg::Range with_room(svg::Range range, double range_min) {
   range.widen(range_min);
   const double room = (range.high - range.low) * 0.06;
@@ -45,7 +45,7 @@ double y_of(double value, const svg::Range& range) {
   return (range.high - value) / (range.high - range.low) * plot_size;
 }
 
-/// Stretches of columns without a gap in which `has_value` holds.
+/// Calls `take` for each range of columns without a gap in which `has_value` is true.
 template <class HasValue, class Take>
 void for_each_stretch(const Columns& columns, const HasValue& has_value, const Take& take) {
   const std::size_t count = columns.columns.size();
@@ -61,13 +61,13 @@ void for_each_stretch(const Columns& columns, const HasValue& has_value, const T
   }
 }
 
-/// From the begin of a column to its end.
+/// A horizontal line from the start of a column to its end.
 std::string step_text(const Column& column, const Columns& columns, double value, const svg::Range& range) {
   return point_text(x_of(columns, column.from_us), value, range) + " " +
          point_text(x_of(columns, column.to_us), value, range) + " ";
 }
 
-/// Within what a value was in each column; its mean is drawn as a line.
+/// Draws the range of a value in each column; its mean is drawn as a line.
 void append_extremes(std::string& out, const PlotLine& line, const Columns& columns, const svg::Range& range) {
   for (std::size_t i = 0; i < line.values.size(); ++i) {
     const auto low = static_cast<double>(line.values.low[i]);
@@ -83,7 +83,7 @@ void append_extremes(std::string& out, const PlotLine& line, const Columns& colu
 void append_line(std::string& out, const PlotLine& line, const Plot& plot, const Columns& columns,
                  const svg::Range& range) {
   const auto is_known = [&](std::size_t i) { return i < line.values.size() && !std::isnan(line.values.mean[i]); };
-  // Where there are bands, they have them.
+  // Bands already show the extremes.
   if (columns.has_steps && line.with_extremes && plot.bands.empty()) append_extremes(out, line, columns, range);
   for_each_stretch(columns, is_known, [&](std::size_t first, std::size_t last) {
     out += "<polyline class=\"line " + std::string(class_of(line.ink)) + "\" data-name=\"" + escaped(line.name) +
@@ -97,13 +97,13 @@ void append_line(std::string& out, const PlotLine& line, const Plot& plot, const
       } else if (!line.with_extremes || low == high) {
         out += point_text(x, static_cast<double>(line.values.mean[i]), range) + " ";
       } else {
-        // From the nearer end to the other, as the line would have gone.
+        // From the nearer extreme to the other, as the line would run.
         const bool is_rising = i == first || line.values.mean[i] >= line.values.mean[i - 1];
         out += point_text(x, is_rising ? low : high, range) + " " + point_text(x, is_rising ? high : low, range) + " ";
       }
     }
     if (last - first == 1 && !columns.has_steps) {
-      // A point of its own is as wide as the line is thick.
+      // A single point is as wide as the line is thick.
       out +=
           point_text(x_of(columns, columns.columns[first].at_us), static_cast<double>(line.values.mean[first]), range);
     }
@@ -214,7 +214,7 @@ std::string time_axis_html(const Columns& columns) {
     const double x = x_of(columns, tick.at_us);
     is_odd = !is_odd;
     if (x < label_margin || x > plot_size - label_margin) continue;
-    // Every other one makes room on a narrow screen.
+    // Every other one is hidden on a narrow screen.
     out += "<span class=\"x" + std::string(is_odd ? "" : " wide") + "\" style=\"left:" + number(x / 10, 2) + "%\">" +
            tick.text + "</span>";
   }

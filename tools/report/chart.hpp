@@ -1,5 +1,5 @@
-// One picture of a report: bands and lines over time, with axes. The plot itself is SVG that is stretched to whatever
-// width there is, the texts around it are HTML of one size on a telephone and on paper.
+// One chart of a report: bands and lines over time, with axes. The plot itself is SVG that is stretched to the
+// available width, the texts around it are HTML of one size on a telephone and on paper.
 //
 // In the SVG x and y go from 0 to 1000; y from the top.
 #pragma once
@@ -16,8 +16,8 @@ namespace bmu::report {
 
 inline constexpr double plot_size = 1000.0;
 
-/// Names of style classes: colours that are told apart also by those who see red and green alike, on white and on
-/// black; lines in them differ in their dashes, too.
+/// Names of style classes: colours that readers with red-green colour blindness can distinguish too, on white and on
+/// black; lines also differ in their dashes.
 enum class Ink : std::uint8_t { main, second, third, fourth, fifth, faint };
 [[nodiscard]] std::string_view class_of(Ink ink);
 
@@ -25,7 +25,7 @@ struct PlotLine {
   std::string name;
   Ink ink = Ink::main;
   Series values;              // of the columns
-  bool with_extremes = true;  // goes through the lowest and highest of each column
+  bool with_extremes = true;  // draws the lowest and highest value of each column
 };
 
 /// The area between two lines.
@@ -34,31 +34,31 @@ struct PlotBand {
   Ink ink = Ink::main;
   std::vector<float> low;
   std::vector<float> high;
-  bool is_strong = false;  // within another one
+  bool is_strong = false;  // inside another one
 };
 
 struct Plot {
   std::string title;        // heading, in plain words
-  std::string description;  // for who does not see it
+  std::string description;  // alternative text
   std::string unit;         // "V"
   std::vector<PlotBand> bands;
   std::vector<PlotLine> lines;
-  double range_min = 0.0;  // of the y axis, at least
+  double range_min = 0.0;  // minimum range of the y axis
   bool has_zero_line = false;
-  int decimals_of_values = 3;  // of the read-out
+  int decimals_of_values = 3;  // in the read-out
 };
 
-/// Where a time is on the x axis of all pictures.
+/// Position of a time on the x axis of all charts.
 [[nodiscard]] double x_of(const Columns& columns, std::int64_t at_us);
-/// "x,y": where a value stands.
+/// "x,y": position of a value.
 [[nodiscard]] std::string point_text(double x, double value, const svg::Range& range);
 
-/// Lines and bands with axes and a legend. Nothing if nothing of it is known.
+/// Lines and bands with axes and a legend. Empty if all values are unknown.
 [[nodiscard]] std::string chart_html(const Plot& plot, const Columns& columns);
 
-/// The texts of the time axis, as below a plot.
+/// The texts of the time axis below a plot.
 [[nodiscard]] std::string time_axis_html(const Columns& columns);
-/// Holes, and lines at the times that have texts, for the inside of a plot's SVG.
+/// Gaps, and lines at the times with texts, for the inside of a plot's SVG.
 [[nodiscard]] std::string time_grid_svg(const Columns& columns);
 
 struct LegendEntry {

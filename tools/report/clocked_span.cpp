@@ -31,8 +31,8 @@ ClockedSpan::ClockedSpan(HistoryReader& history, const HistorySpan& span) : hist
   }
 }
 
-/// Rows before the first one of the span by its own time may be of the span by that of a clock that was set later: as
-/// many as fit between. -1: there is no row from its beginning on.
+/// Rows before the first one of the span by its own time may belong to the span by that of a clock that was set later:
+/// as many as fit between. -1: there is no row from its start on.
 std::int64_t ClockedSpan::first_to_read() {
   std::optional<std::int64_t> first;
   std::int64_t begins_ms = 0;
@@ -45,12 +45,12 @@ std::int64_t ClockedSpan::first_to_read() {
   if (!span_.from_unix_ms) return 0;
   std::int64_t period_s = history_.period_s();
   for (const HistoryLife& life : history_.lives()) period_s = std::min(period_s, life.period_s);
-  // The first of a life and the last may be half as long.
+  // The first row of a session and the last may be half as long.
   const std::int64_t apart_min_ms = std::max<std::int64_t>(1, period_s) * ms_of_s / 2;
   return std::max<std::int64_t>(0, *first - (begins_ms - *span_.from_unix_ms) / apart_min_ms - 2);
 }
 
-/// To the end: a life may have its clock set long after what is of the span.
+/// Reads to the end: the clock of a session may be set long after the rows of the span.
 void ClockedSpan::read_clock() {
   std::set<HistoryNumber> lives_with_time;
   std::map<HistoryNumber, std::size_t> without_time;
@@ -71,7 +71,7 @@ void ClockedSpan::read_clock() {
   }
 }
 
-/// Of a history that has no time within the span or later: its last rows, as far as they have none.
+/// For a history without a time within the span or later: counts its last rows without a set clock.
 void ClockedSpan::count_behind_all() {
   if (span_.from_unix_ms.value_or(0) < clock_set_from_ms) return;
   std::int64_t last = -1;

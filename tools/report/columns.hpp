@@ -1,5 +1,5 @@
-// Samples as columns of a picture: each sample one as long as there are few, else so many columns of the same time,
-// each with the lowest, the highest and the mean of what fell into it.
+// Samples as columns of a chart: one column per sample if there are few, else a fixed number of columns of equal
+// duration, each with the lowest, the highest and the mean of its samples.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace bmu::report {
 
 inline constexpr std::size_t columns_max = 900;
-/// More are so narrow that a step is none to the eye.
+/// With more columns they are so narrow that a step is invisible.
 inline constexpr std::size_t step_columns_max = 240;
 
 struct Column {
@@ -18,11 +18,11 @@ struct Column {
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
   std::size_t first = 0;  // samples
-  std::size_t last = 0;   // behind the last
+  std::size_t last = 0;   // one past the last
   bool has_gap_before = false;
 };
 
-/// A hole of the data, as far as it is in the picture.
+/// A gap of the data, as far as it is in the chart.
 struct ColumnHole {
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
@@ -33,16 +33,16 @@ struct Columns {
   std::int64_t to_us = 0;
   std::vector<Column> columns;
   std::vector<ColumnHole> holes{};
-  bool has_steps = false;  // few and wide ones, of means: a line between them would tell what nobody knows
+  bool has_steps = false;  // few and wide columns of means: a line between them would suggest unknown values
 };
 
 [[nodiscard]] Columns columns_of(const ReportData& data);
 
-/// Of each column; not_known where nothing in it was known. A series that has no samples has no columns.
+/// The values of each column; not_known if all its samples are unknown. A series without samples has no columns.
 [[nodiscard]] Series reduced(const Series& series, const Columns& columns);
 
-/// Of each column the value that so many of the series are below, 0 to 1, of their means; 0 and 1 are the lowest of the
-/// lows and the highest of the highs. All series are reduced already.
+/// For each column the value below which a share of the series lies, 0 to 1, by their means; 0 and 1 are the lowest of
+/// the lows and the highest of the highs. Precondition: all series are reduced.
 [[nodiscard]] std::vector<float> quantile(const std::vector<Series>& reduced, double share);
 
 }  // namespace bmu::report

@@ -7,7 +7,7 @@ namespace bmu::report {
 
 namespace {
 
-/// Which samples become which: those whose times fall into the same doubled sample.
+/// Assignment of samples to merged ones: samples with times within the same doubled sample are merged.
 struct Merge {
   std::vector<std::size_t> firsts;  // of the samples that stay, and the end
 };
@@ -58,7 +58,7 @@ void CauseReport::add(const std::string& text) {
 }
 
 bool ReportData::has_gap_before(std::size_t sample) const {
-  // Half a sample of slack: the last of a source may come late.
+  // Tolerance of half a sample: the last one of a source may be late.
   return sample > 0 && times_us[sample] - times_us[sample - 1] > sample_us + sample_us / 2;
 }
 

@@ -1,11 +1,11 @@
-// What a report shows of a pack over time, wherever it comes from: a recording, a black box, the history.
+// The data of a report of a pack over time, from any source: a recording, a black box, the history.
 //
-// Samples follow each other in time and stand for `sample_us` each; where the next is later than that there is a gap.
-// What was not known is `not_known`, which is drawn as a gap, never as zero. A value may be the mean of what was seen
-// within its sample, with the extremes beside it, so that neither a long span nor a coarse source loses a peak.
+// Samples follow each other in time and stand for `sample_us` each; if the next is later than that, there is a gap. An
+// unknown value is `not_known`, which is drawn as a gap, never as zero. A value may be the mean over its sample, with
+// the extremes beside it, so that neither a long span nor a coarse source loses a peak.
 //
-// A hole is a stretch of which nothing can be told although something is known before or behind it: what is so on both
-// of its sides is one thing going on, as far as anybody knows, and not another one that has begun.
+// A gap (HoleReport) is a period without data before or after periods with data: a state that is the same on both sides
+// counts as one that continues, not as a second one that has started.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace bmu::report {
 inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
 inline constexpr double sigmas_told = 2.0;
 
-/// Of two values of which either may be not_known.
+/// The lower or higher of two values, either of which may be not_known.
 [[nodiscard]] inline float lower(float a, float b) {
   return std::isnan(a) ? b : std::isnan(b) ? a : std::min(a, b);
 }
@@ -39,11 +39,11 @@ struct Series {
   void add(float value) { add(value, value, value); }
   void add(float low_value, float mean_value, float high_value);
   [[nodiscard]] std::size_t size() const { return mean.size(); }
-  /// Nothing of it was ever known.
+  /// True if no value of it was ever known.
   [[nodiscard]] bool is_unknown() const;
 };
 
-/// A figure and within what the truth lies in some 95 of 100 cases: two standard deviations.
+/// A value and its uncertainty: the true value lies within two standard deviations in about 95 of 100 cases.
 struct Figure {
   float value = not_known;
   float doubt = not_known;
@@ -57,7 +57,7 @@ struct CellReport {
   // At the end:
   Figure resistance_mOhm;
   Figure soc_percent;
-  Figure health_percent;      // what is left of the capacity
+  Figure health_percent;      // remaining share of the capacity
   float bled_Ah = not_known;  // by balancing
 };
 
@@ -66,7 +66,7 @@ struct SensorReport {
   Series temperature_C;
 };
 
-/// From whose reason a limit comes: for each sample an index into `texts`.
+/// Source of a limit: for each sample an index into `texts`.
 struct CauseReport {
   std::vector<std::string> texts;
   std::vector<std::uint16_t> of_sample;
@@ -76,29 +76,29 @@ struct CauseReport {
 
 enum class SpanKind : std::uint8_t { phase, contactor, warning, fault };
 
-/// Something that was so from one time to another: a phase, a contactor that was closed, a fault.
+/// A state that lasted from one time to another: a phase, a closed contactor, a fault.
 struct SpanReport {
   SpanKind kind = SpanKind::phase;
-  std::string name;   // of the row it stands in: "cell_undervoltage", "main positive"; a phase: "closed"
+  std::string name;   // of the row it is shown in: "cell_undervoltage", "main positive"; a phase: "closed"
   std::string text;   // "a cell's voltage is too low"
   std::string place;  // "cell 2.7 (no. 19)"
   std::int64_t from_us = 0;
   std::int64_t to_us = 0;
-  bool has_begun_before = false;            // of what the report shows, or in a hole
-  bool goes_on = false;                     // at its end, or into a hole
-  std::optional<std::int64_t> lasted_us{};  // of these times, where nobody knows which
+  bool has_begun_before = false;            // before the report, or in a gap
+  bool goes_on = false;                     // at its end, or into a gap
+  std::optional<std::int64_t> lasted_us{};  // sum, if it is unknown which of these times
 
   [[nodiscard]] std::int64_t length_us() const { return lasted_us.value_or(to_us - from_us); }
 };
-/// What a phase is called where nobody knows which it was.
+/// Name of an unknown phase.
 inline constexpr const char* unknown_phase = "not known";
 
-/// Nothing is known from one time to another; without one of them, to that end of the report.
+/// No data from one time to another; a missing bound is that end of the report.
 struct HoleReport {
   std::optional<std::int64_t> from_us;
   std::optional<std::int64_t> to_us;
-  std::string text;        // why, and where in the file
-  bool is_damage = false;  // something that was there cannot be read
+  std::string text;        // cause, and position in the file
+  bool is_damage = false;  // recorded data cannot be read
 };
 
 struct EventReport {
@@ -110,14 +110,14 @@ struct ReportData {
   std::string pack_name;
   std::string cell_name;
   std::string source;              // "recording drive.log, by bmud 0.1.0"
-  std::vector<std::string> notes;  // what the reader should know of it: torn, samples left out
+  std::vector<std::string> notes;  // remarks for the reader: truncated, omitted samples
 
-  std::vector<std::int64_t> times_us;  // of each sample's begin, since 1970, rising
+  std::vector<std::int64_t> times_us;  // start of each sample, since 1970, rising
   std::int64_t sample_us = 100'000;
-  std::optional<std::int64_t> end_us;      // where that is not the last sample's
-  std::optional<std::int64_t> covered_us;  // where samples are not all of one length
+  std::optional<std::int64_t> end_us;      // if it differs from the end of the last sample
+  std::optional<std::int64_t> covered_us;  // if samples differ in length
   std::vector<HoleReport> holes;           // in their order
-  bool is_of_means = false;                // each sample a mean, of which nobody knows how the value went
+  bool is_of_means = false;                // each sample is a mean, and the values within it are unknown
 
   std::vector<CellReport> cells;
   std::vector<SensorReport> sensors;
@@ -137,7 +137,7 @@ struct ReportData {
   // State of energy at the end.
   Figure energy_left_Wh;
 
-  // What flowed within the span.
+  // Throughput within the span.
   std::optional<double> energy_out_Wh;
   std::optional<double> energy_in_Wh;
   std::optional<double> charge_out_Ah;
@@ -146,11 +146,11 @@ struct ReportData {
   [[nodiscard]] bool is_empty() const { return times_us.empty(); }
   [[nodiscard]] std::int64_t from_us() const { return times_us.front(); }
   [[nodiscard]] std::int64_t to_us() const { return end_us.value_or(times_us.back() + sample_us); }
-  /// Between this sample and the one before it something is missing.
+  /// True if data is missing between this sample and the one before it.
   [[nodiscard]] bool has_gap_before(std::size_t sample) const;
 };
 
-/// Two samples become one, twice as long, so that a source of unknown length stays within bounds.
+/// Merges pairs of samples into one of twice the length, so that a source of unknown length stays within bounds.
 void halve(ReportData& data);
 
 }  // namespace bmu::report

@@ -21,7 +21,7 @@ constexpr double tenth = 0.1;
 constexpr double uAs_per_Ah = 3.6e9;
 constexpr std::int64_t us_per_ms = 1000;
 constexpr std::int64_t us_per_s = 1'000'000;
-/// What is missing between two rows is told from here on; clocks that are put right move less.
+/// Minimum length of a reported gap between two rows; corrections of a clock are smaller.
 constexpr std::int64_t gap_min_us = us_per_s;
 
 float scaled(const HistoryNumber& value, double step) {
@@ -45,7 +45,7 @@ std::vector<std::string> names_in(std::string_view list) {
   return names;
 }
 
-/// What is left of some parts of a minute without others; both in their order.
+/// Subtracts the other parts from the parts of a minute; both in order.
 std::vector<MinutePart> without(const std::vector<MinutePart>& parts, const std::vector<MinutePart>& others) {
   std::vector<MinutePart> left;
   for (MinutePart part : parts) {
@@ -60,15 +60,15 @@ std::vector<MinutePart> without(const std::vector<MinutePart>& parts, const std:
   return left;
 }
 
-/// What is so over the minutes, by its row in the picture: a part that begins where the one before it ended goes on
-/// with it.
+/// The states over the minutes, by their row in the chart: a part that starts where the one before it ended continues
+/// it.
 class Spans {
  public:
   explicit Spans(std::vector<SpanReport>& to) : to_(to) {}
 
-  /// From here on something is known.
+  /// Data is available from here on.
   void begin(std::int64_t at_us) { begin_us_ = end_us_ = at_us; }
-  /// It is so from `from_us` to `to_us`.
+  /// Adds a state that lasts from `from_us` to `to_us`.
   void add(SpanReport span) {
     const std::string key = std::to_string(static_cast<int>(span.kind)) + span.name;
     const auto open = open_.find(key);
@@ -83,7 +83,7 @@ class Spans {
     to_.push_back(std::move(span));
   }
   void end_minute(std::int64_t end_us) { end_us_ = end_us; }
-  /// Of what follows nothing is known, or nothing follows.
+  /// Called if the following time is unknown, or at the end.
   void break_off() {
     for (const auto& [key, index] : open_) to_[index].goes_on = to_[index].to_us == end_us_;
     open_.clear();
@@ -162,14 +162,14 @@ class Filler {
   }
 
  private:
-  /// The row begins where the last one ended, but for what a clock may have been set by.
+  /// True if the row starts where the last one ended, except for changes of the clock.
   [[nodiscard]] bool joins_last(const HistoryRow& row) const {
-    constexpr std::int64_t apart_max_ms = 1;  // times and lengths were cut to milliseconds each for itself once
+    constexpr std::int64_t apart_max_ms = 1;  // times and lengths were each truncated to milliseconds
     if (data_.is_empty() || row.life != last_.life || !row.span_ms || !row.uptime_ms || !last_.uptime_ms) return false;
     return std::abs(*row.uptime_ms - *row.span_ms - *last_.uptime_ms) <= apart_max_ms;
   }
 
-  /// When the row begins for what goes on: with the end of the last one if it joins that.
+  /// Start of the row for continuing states: the end of the last row if it joins that.
   std::int64_t follow(const HistoryRow& row, std::int64_t at_us) {
     if (joins_last_ && std::abs(at_us - end_us_) < gap_min_us) return end_us_;
     spans_.break_off();
@@ -222,7 +222,7 @@ class Filler {
                             .doubt = scaled(row.energy_left_sigma_mWh, milli * sigmas_told)};
   }
 
-  /// Up to the end of the row; `begin_us` is where the row before it ended.
+  /// Adds the states up to the end of the row; `begin_us` is the end of the row before it.
   void add_spans(const HistoryRow& row, std::int64_t begin_us) {
     const std::int64_t span_ms = row.span_ms.value_or(0);
     const auto at = [&](std::int64_t since_begin_ms) {
@@ -232,7 +232,7 @@ class Filler {
     add_phases(row, at);
     const std::vector<std::string> faults = names_in(row.faults);
     for (const std::string& name : names_in(row.warnings)) {
-      // Whose fault is there, too, is a warning for the rest of the time.
+      // A name that is also a fault is a warning only for the remaining time.
       const bool is_fault = std::find(faults.begin(), faults.end(), name) != faults.end();
       const std::vector<MinutePart> as_fault =
           is_fault ? moves_.times_of_fault(row, name, false) : std::vector<MinutePart>{};
@@ -301,14 +301,14 @@ class Filler {
   const HistoryClock& clock_;
   const HistoryOptions& options_;
   Spans spans_;
-  std::vector<std::size_t> sensors_;  // places of those that are shown in a row's array
+  std::vector<std::size_t> sensors_;  // indexes of the shown ones in a row's array
   HistoryRow last_;
-  std::int64_t last_us_ = 0;  // begin and end of the row taken last
+  std::int64_t last_us_ = 0;  // start and end of the row taken last
   std::int64_t end_us_ = 0;
   std::int64_t covered_us_ = 0;
-  std::int64_t seen_ = 0;  // the latest row, whether it was taken or not, and the one before it
+  std::int64_t seen_ = 0;  // the latest row, taken or not, and the one before it
   std::int64_t seen_before_ = 0;
-  bool joins_last_ = false;  // the row in hand
+  bool joins_last_ = false;  // the current row
   std::size_t without_time_ = 0;
   std::size_t of_another_pack_ = 0;
   std::size_t times_back_ = 0;
@@ -323,7 +323,7 @@ HistoryNumber ms(const std::optional<std::int64_t>& time_us) {
 ReportData report_from_history(HistoryReader& history, const HistoryOptions& options) {
   ReportData data;
   const HistorySpan span{.from_unix_ms = ms(options.from_us), .to_unix_ms = ms(options.to_us)};
-  // The pack as it was last: what came before with other modules cannot stand in the same picture.
+  // The pack as it was last: earlier minutes with other modules cannot be in the same chart.
   const HistoryLife* life = nullptr;
   HistoryClock clock;
   history.for_each_row(span, [&](const HistoryRow& row) {
@@ -335,7 +335,7 @@ ReportData report_from_history(HistoryReader& history, const HistoryOptions& opt
   const HistoryLife last = *life;
   data.source = "the history " + history.path() + " by bmud " + last.version;
   HistoryMoves moves;
-  // The last minute ends behind the span.
+  // The last minute ends after the span.
   const HistorySpan to_its_end{
       .from_unix_ms = span.from_unix_ms,
       .to_unix_ms = span.to_unix_ms ? HistoryNumber(*span.to_unix_ms + 2'000 * last.period_s) : std::nullopt};

@@ -1,10 +1,10 @@
-// A report of a stretch of the history (daemon/history/history_reader.hpp): a sample a minute, with the lowest and the
-// highest of it.
+// A report of a span of the history (daemon/history/history_reader.hpp): one sample per minute, with its minimum and
+// maximum.
 //
-// What the history does not have stays unknown: a minute knows the phase at its end and how long the contactors were
-// commanded closed, the events when they moved (history_moves.hpp); not each contact, and no cell's resistance. Minutes
-// of another pack than the last one are left out, and so are those that somebody set the clock back over; the report
-// says how many.
+// Data that the history does not contain stays unknown: a minute has the phase at its end and the duration of
+// contactors commanded closed, the events have the times of their changes (history_moves.hpp); there are no single
+// contacts and no cell resistances. Minutes of another pack than the last one are omitted, and so are those over which
+// the clock was set back; the report states their number.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct HistoryOptions {
   std::size_t samples_max = 9'000;
 };
 
-/// is_empty() if no minute lies within.
+/// is_empty() if the span contains no minute.
 [[nodiscard]] ReportData report_from_history(HistoryReader& history, const HistoryOptions& options);
 
 }  // namespace bmu::report

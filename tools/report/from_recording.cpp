@@ -19,11 +19,11 @@ constexpr std::int64_t us_per_s = 1'000'000;
 constexpr double milli = 1e3;
 constexpr double uAs_per_Ah = 3.6e9;
 constexpr double percent = 100.0;
-/// Between two parts, from here on, something is missing: a core decides every 50 ms at least.
+/// Minimum length of a reported gap between two parts: a core decides at least every 50 ms.
 constexpr std::int64_t gap_min_us = us_per_s;
 constexpr std::uint64_t clock_notes_max = 20;
 
-/// Of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..." the time; none: it has none.
+/// The time of "(1700000000.130000) vcan0 ..." and "# (1700000000.130000) tick ..."; none: it has none.
 std::optional<std::int64_t> time_of(std::string_view line) {
   if (line.starts_with("# ")) line.remove_prefix(2);
   const std::size_t point = line.find('.');
@@ -58,23 +58,23 @@ bool RecordingReport::take(std::string_view line) {
   altered_.reset();
   const bool is_head = line.starts_with("# bmud-recording ");
   if (is_head) settle();
-  // What follows agrees with another clock.
+  // The following times are on another clock.
   if (line.starts_with("# ahead_us ")) settle();
   if (const auto at_us = time_of(line)) {
-    // A time that was changed to a later one would make the report as long; the replay refuses this line then.
+    // A time that was modified to a later one would extend the report; the replay refuses this line then.
     if (held_us_ && *at_us < *held_us_ - gap_min_us) {
       held_us_.reset();
       altered_line_ = tick_line_;
     }
     settle();
   }
-  if (!is_over_ && is_head) {  // the core will be another one
+  if (!is_over_ && is_head) {  // another core follows
     add_bled();
     take_figures();
   }
   if (!replay_.take(line)) return false;
   if (altered_) {
-    // What it decides comes from other frames than those of then.
+    // Its decisions result from other frames than the recorded ones.
     ticks_ = replay_.counts().ticks;
     altered_line_ = replay_.counts().lines;
     data_.events.resize(std::min(events_before_last_, data_.events.size()));
@@ -92,7 +92,7 @@ bool RecordingReport::take(std::string_view line) {
   return true;
 }
 
-/// The latest tick is taken once what follows agrees with its time; the core has not been told more meanwhile.
+/// Takes the latest tick once the following line agrees with its time; the core has no further observation until then.
 void RecordingReport::settle() {
   if (const auto at_us = std::exchange(held_us_, std::nullopt)) {
     take_tick(*at_us);
@@ -105,13 +105,13 @@ void RecordingReport::settle() {
 
 std::string RecordingReport::trouble(std::uint64_t line) const {
   if (!altered_) return "line " + std::to_string(line) + ": " + replay_.problem()->text;
-  // The replay knows nothing of lines that were left out.
+  // The replay does not count omitted lines.
   const std::uint64_t count = replay_.counts().lines - altered_->line;
   return "line " + std::to_string(line - count) + ": from here to line " + std::to_string(line) +
          " the lines are not as they were written: one is missing, was changed or added";
 }
 
-/// Null: the file being read has none.
+/// Null: the current file has no open gap.
 RecordingReport::OpenHole* RecordingReport::open_hole_of_file() {
   return !holes_.empty() && holes_.back().file == files_.size() ? &holes_.back() : nullptr;
 }
@@ -119,7 +119,7 @@ RecordingReport::OpenHole* RecordingReport::open_hole_of_file() {
 void RecordingReport::break_off(const std::string& why) {
   settle();
   is_tick_shown_ = false;
-  if (OpenHole* const open = open_hole_of_file()) {  // nothing could be taken since it began
+  if (OpenHole* const open = open_hole_of_file()) {  // no tick was taken since its start
     if (open->hole.text.find(why) == std::string::npos) open->hole.text += "; " + why;
     return;
   }
@@ -134,7 +134,7 @@ void RecordingReport::go_on(const std::string& from_where) {
   if (OpenHole* const open = open_hole_of_file()) open->hole.text += "; reading goes on at " + from_where;
 }
 
-/// Another core with what the last one knew, or one that begins behind something that is missing.
+/// Starts a core with the state of the last one, or one after missing lines.
 void RecordingReport::begin_part() {
   part_ = replay_.counts().begun;
   if (data_.cells.empty()) name_cells();
@@ -166,7 +166,7 @@ void RecordingReport::name_cells() {
   const PackConfig& pack = *replay_.pack();
   data_.pack_name = pack.name;
   data_.cell_name = pack.cell_name;
-  data_.source = " by bmud " + replay_.reader().version();  // behind the names of the files
+  data_.source = " by bmud " + replay_.reader().version();  // after the names of the files
   std::uint16_t number = 0;
   for (const ModuleConfig& module : pack.core.modules) {
     const std::string node = std::to_string(module.node);
@@ -188,7 +188,7 @@ bool RecordingReport::is_shown(std::int64_t at_us) const {
   return (!options_.from_us || at_us >= *options_.from_us) && (!options_.to_us || at_us < *options_.to_us);
 }
 
-/// Nothing of the past is shown again: it is what a file before has, too, or the clock was set back.
+/// True for a tick that is not newer than the shown ones: an earlier file has it too, or the clock was set back.
 bool RecordingReport::is_of_before(std::int64_t at_us) {
   File& file = files_.back();
   const bool is_first = !std::exchange(file.has_tick, true);
@@ -202,7 +202,7 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
     }
     return true;
   }
-  // Less is a clock that is being put right.
+  // A smaller step is a correction of the clock.
   if (at_us > last_us_ - gap_min_us) {
     file.has_own = true;
     return false;
@@ -211,22 +211,22 @@ bool RecordingReport::is_of_before(std::int64_t at_us) {
   return true;
 }
 
-/// On the clock as it was set last, as far as that is known by now.
+/// Converts to the clock as it was set last, as far as that is known by now.
 std::int64_t RecordingReport::shown_time(std::int64_t recorded_us) {
   const std::int64_t ahead_us = replay_.reader().clock().ahead_us;
   const std::int64_t core_us = recorded_us - ahead_us;
   const std::int64_t life = replay_.reader().part_id().life;
-  if (life == 0) return recorded_us;  // not counted: nothing shows which times have a clock in common
+  if (life == 0) return recorded_us;  // no session number: it is unknown which times share a clock
   if (lives_.empty() || life != life_) {
     begin_life(recorded_us);
-  } else if (core_us > life_last_core_us_) {  // else another file has it, too, with the clock of then
+  } else if (core_us > life_last_core_us_) {  // else it is an overlap with another file, with its earlier clock
     follow_clock(ahead_us - recorded_ahead_us_, recorded_us);
   }
   life_last_core_us_ = std::max(life_last_core_us_, core_us);
   return core_us + shown_ahead_us_;
 }
 
-/// On the clock that it shows; behind what others have recorded, if that clock has not been set.
+/// Starts a session on its own clock; after other recorded sessions if that clock has not been set.
 void RecordingReport::begin_life(std::int64_t recorded_us) {
   const bool is_known = std::find(lives_.begin(), lives_.end(), replay_.reader().part_id().life) != lives_.end();
   life_ = replay_.reader().part_id().life;
@@ -251,7 +251,7 @@ void RecordingReport::begin_life(std::int64_t recorded_us) {
 void RecordingReport::follow_clock(std::int64_t set_by_us, std::int64_t recorded_us) {
   if (set_by_us == 0) return;
   recorded_ahead_us_ += set_by_us;
-  if (std::abs(set_by_us) < gap_min_us) {  // a clock that is being put right
+  if (std::abs(set_by_us) < gap_min_us) {  // a correction of the clock
     shown_ahead_us_ += set_by_us;
     return;
   }
@@ -274,7 +274,7 @@ void RecordingReport::note_clock(const std::string& text) {
   if (++clock_settings_ <= clock_notes_max) data_.notes.push_back(text);
 }
 
-/// All that is shown from `from_us` on.
+/// Moves everything shown from `from_us` on.
 void RecordingReport::move_shown(std::int64_t from_us, std::int64_t by_us) {
   const auto move = [from_us, by_us](std::int64_t& at_us) {
     if (at_us != 0 && at_us >= from_us) at_us += by_us;
@@ -322,18 +322,18 @@ void RecordingReport::take_tick(std::int64_t recorded_us) {
     return;
   }
   is_tick_shown_ = true;
-  // The sample that is not over may have been moved by what the clock was set by.
+  // The incomplete sample may have been moved by a change of the clock.
   if (at_us - sample_us_ >= data_.sample_us) {
     const std::int64_t sample_us = at_us - at_us % data_.sample_us;
     close_sample();
-    sample_us_ = sample_us - sample_us % data_.sample_us;  // the samples may have become longer
+    sample_us_ = sample_us - sample_us % data_.sample_us;  // the length of samples may have been doubled
   }
   means_.look(*replay_.core(), replay_.counts().last);
   look_at_flow();
   spans_.look(*replay_.core(), replay_.counts().last, at_us, data_.spans);
 }
 
-/// The first tick of a part: it goes on from the last one that was shown, or there is a hole between them.
+/// Handles the first tick of a part: it continues the last one that was shown, or there is a gap between them.
 void RecordingReport::follow(std::int64_t at_us) {
   is_part_new_ = false;
   const RecordPartId before = std::exchange(part_id_, replay_.reader().part_id());
@@ -359,7 +359,7 @@ void RecordingReport::follow(std::int64_t at_us) {
   end_holes(at_us);
 }
 
-/// Where they end, if they end.
+/// Ends the open gaps at this time, if there is one.
 void RecordingReport::end_holes(std::optional<std::int64_t> at_us) {
   close_sample();
   spans_.break_off(data_.spans, last_us_);
@@ -370,7 +370,7 @@ void RecordingReport::end_holes(std::optional<std::int64_t> at_us) {
   holes_.clear();
 }
 
-/// As much of it as lies between --from and --to.
+/// Adds the part of a gap between --from and --to.
 void RecordingReport::add_hole(HoleReport hole) {
   const std::optional<std::int64_t>& from_us = options_.from_us;
   const std::optional<std::int64_t>& to_us = options_.to_us;
@@ -382,7 +382,8 @@ void RecordingReport::add_hole(HoleReport hole) {
   data_.holes.push_back(std::move(hole));
 }
 
-/// What is so at --to goes on behind it, and is told as it is there, if the latest tick is not far behind.
+/// States at --to continue after it. The figures are those at --to, unless the tick after it is a second or more later
+/// than the one before.
 void RecordingReport::end_shown(bool goes_on) {
   if (std::exchange(is_over_, true)) return;
   close_sample();
@@ -411,7 +412,7 @@ void RecordingReport::look_at_flow() {
   if (bled_begin_uAs_.empty()) bled_begin_uAs_ = bled_last_uAs_;
 }
 
-/// What the core knows of each cell at the end of a file that brought something, or of what is shown.
+/// Takes the core's figures of each cell at the end of a file with new ticks, or at the end of the shown span.
 void RecordingReport::take_figures() {
   if (files_.empty() || !files_.back().has_own || is_other_pack_) return;
   const PackEstimate& estimate = replay_.core()->estimate();

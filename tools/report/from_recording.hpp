@@ -1,23 +1,22 @@
-// A report of recordings or black boxes (daemon/recording/record_line.hpp): what was recorded is run again, and the
-// core is looked at after each of its decisions. Who reads the files says where lines are missing
-// (recording_files.hpp).
+// A report of recordings or black boxes (daemon/recording/record_line.hpp): the recording is replayed, and the state of
+// the core is read after each of its decisions. The reader of the files reports missing lines (recording_files.hpp).
 //
 //   RecordingReport reading({});
 //   reading.begin_file("drive.log");
-//   for each line: if (!reading.take(line)) reading.break_off(reading.trouble(number)), and on with the next part
+//   for each line: if (!reading.take(line)) reading.break_off(reading.trouble(number)), and continue with the next part
 //   ReportData data = std::move(reading).finish();
 //
-// A recording begins anew every 30 s with all that the core knows: that is the same drive going on. Only behind lines
-// that are missing or are not as they were written, or a time of which nothing was recorded, is there a hole. What
-// several files have of the same time is shown once.
+// A recording starts a part every 30 s with the complete state of the core: the drive continues. There is a gap only
+// after lines that are missing or modified, or a time without any recording. Data that several files have of the same
+// time is shown once.
 //
-// Times are those of the clock as it was set last. A clock that is set while the daemon runs, back or forward, is known
-// from the recording, which has the daemon's own time beside it: what came before is moved, so that a setting is no
-// hole and no time goes back. A clock that has not been set since the computer started (it shows 1970) moves nothing
-// that other lives of the daemon have recorded; until it is set its times are shown behind theirs. --from and --to
-// compare with the times as they were known when a line was read.
+// Times are those of the clock as it was set last. A change of the clock while the daemon runs, back or forward, is
+// known from the recording, which also has the daemon's own time: earlier times are moved, so that the change is no gap
+// and no time goes back. A clock that has not been set since the computer started (it shows 1970) does not move the
+// records of other sessions of the daemon; until it is set its times are shown after theirs. --from and --to are
+// compared with the times as known when a line is read.
 //
-// Cost: that of the replay, and a few microseconds a decision. Memory: some 9000 samples of every cell at most; a
+// Cost: that of the replay, and a few microseconds per decision. Memory: at most about 9000 samples of every cell; a
 // longer recording has longer samples, with their extremes.
 #pragma once
 
@@ -35,7 +34,7 @@
 namespace bmu::report {
 
 struct RecordingOptions {
-  std::optional<std::int64_t> from_us;  // since 1970: what is before or after them is run, and not shown
+  std::optional<std::int64_t> from_us;  // since 1970: lines outside of both are replayed, but not shown
   std::optional<std::int64_t> to_us;
   std::size_t samples_max = 9'000;
 };
@@ -46,32 +45,33 @@ class RecordingReport {
   RecordingReport(const RecordingReport&) = delete;
   RecordingReport& operator=(const RecordingReport&) = delete;
 
-  /// Another file; in the order of their times.
+  /// Starts the next file; in the order of their times.
   void begin_file(const std::string& name);
-  /// The next line, without its line feed. False: it cannot go on, as trouble() says, before the head of another part.
+  /// Handles the next line, without its line feed. False: reading cannot continue, as trouble() explains, before the
+  /// head of another part.
   [[nodiscard]] bool take(std::string_view line);
-  /// With the number that the line has in its file: "line 4711: column 9: wanted ...", or the lines before it that are
-  /// not as they were written.
+  /// The error with the number of the line in its file: "line 4711: column 9: wanted ...", or the range of lines before
+  /// it that are modified.
   [[nodiscard]] std::string trouble(std::uint64_t line) const;
-  /// Lines are missing from here on, and why. What follows has to be the head of a part.
+  /// Marks missing lines from here on, with the reason. The next line must be the head of a part.
   void break_off(const std::string& why);
-  /// Lines come again, from here on: "line 4711".
+  /// Lines resume from here on: "line 4711".
   void go_on(const std::string& from_where);
-  /// What was read so far; is_empty() if no decision was among it.
+  /// The data read so far; is_empty() if it includes no decision.
   [[nodiscard]] ReportData finish() &&;
 
  private:
   struct File {
     std::string name;
     bool has_tick = false;
-    std::int64_t overlap_begin_us = 0;  // of what the files before it have, too; 0: nothing
+    std::int64_t overlap_begin_us = 0;  // overlap with the files before it; 0: none
     std::int64_t overlap_end_us = 0;
-    bool has_own = false;  // something that no other file has
+    bool has_own = false;  // ticks that no other file has
   };
-  /// That no tick has ended yet.
+  /// A gap that no tick has ended yet.
   struct OpenHole {
     HoleReport hole;
-    std::size_t file = 0;  // how many files there were when it began
+    std::size_t file = 0;  // number of files when it started
   };
 
   void settle();
@@ -105,34 +105,34 @@ class RecordingReport {
   }};
   ReportData data_;
   OpenSpans spans_;
-  SampleMeans means_;  // of the sample that is not over yet
+  SampleMeans means_;  // of the incomplete sample
   std::vector<File> files_;
   std::uint64_t ticks_ = 0;
   std::uint64_t part_ = 0;
   RecordPartId part_id_;             // of the part that was shown last
-  bool is_part_new_ = false;         // nothing of it was shown yet
-  std::size_t file_of_last_ = 0;     // tick that was shown
-  bool is_tick_shown_ = false;       // the latest
+  bool is_part_new_ = false;         // no tick of it was shown yet
+  std::size_t file_of_last_ = 0;     // file of the tick shown last
+  bool is_tick_shown_ = false;       // the latest one
   bool is_other_pack_ = false;       // the part is of a pack with other modules
-  std::uint64_t ticks_back_ = 0;     // not shown, because the clock had gone back, by a second or more
+  std::uint64_t ticks_back_ = 0;     // not shown, because the clock was set back by a second or more
   std::uint64_t ticks_foreign_ = 0;  // not shown, because they are of another pack
   std::uint64_t ticks_different_ = 0;
-  std::optional<std::int64_t> held_us_;   // time of a tick that was run and is not taken yet
+  std::optional<std::int64_t> held_us_;   // time of a tick that was replayed and is not taken yet
   std::vector<std::string> held_events_;  // and its events
-  std::optional<RecordProblem> altered_;  // the lines before the tick taken last are not as they were written
+  std::optional<RecordProblem> altered_;  // the lines before the tick taken last are modified
   std::uint64_t tick_line_ = 0;           // of the latest tick, as the replay counts
-  std::uint64_t altered_line_ = 0;        // of the latest one that decided by altered lines
-  std::size_t events_before_last_ = 0;    // those of the latest tick are among the lines that may be altered
-  std::vector<OpenHole> holes_;           // rising by their files
-  bool is_over_ = false;                  // what comes is behind what is shown
-  std::int64_t sample_us_ = 0;            // begin of the sample that is not over yet
-  std::int64_t last_us_ = 0;              // of the latest tick that is not behind another
-  std::int64_t life_ = 0;                 // of the daemon, whose ticks come now
-  std::vector<std::int64_t> lives_;       // all, as they came
-  std::int64_t life_from_us_ = 0;         // the first time of it that is shown
-  std::int64_t life_last_core_us_ = 0;    // its latest tick on the core's clock, which is not set
-  std::int64_t recorded_ahead_us_ = 0;    // the recorded clock less the core's
-  std::int64_t shown_ahead_us_ = 0;       // what is shown less the core's
+  std::uint64_t altered_line_ = 0;        // of the latest one that was decided from modified lines
+  std::size_t events_before_last_ = 0;    // those of the latest tick may be based on modified lines
+  std::vector<OpenHole> holes_;           // sorted by their files
+  bool is_over_ = false;                  // the following ticks are after the shown span
+  std::int64_t sample_us_ = 0;            // start of the incomplete sample
+  std::int64_t last_us_ = 0;              // the latest time of all ticks
+  std::int64_t life_ = 0;                 // session of the current ticks
+  std::vector<std::int64_t> lives_;       // all sessions, in order of appearance
+  std::int64_t life_from_us_ = 0;         // its first time that is shown
+  std::int64_t life_last_core_us_ = 0;    // its latest tick on the core's clock, which is never set
+  std::int64_t recorded_ahead_us_ = 0;    // recorded clock minus the core's
+  std::int64_t shown_ahead_us_ = 0;       // shown clock minus the core's
   std::uint64_t clock_settings_ = 0;
   ChargeState flow_;  // as of the latest tick
   double out_mWh_ = 0;
@@ -141,7 +141,7 @@ class RecordingReport {
   double in_uAs_ = 0;
   std::vector<std::int64_t> bled_begin_uAs_;
   std::vector<std::int64_t> bled_last_uAs_;
-  std::vector<std::int64_t> bled_uAs_;  // of the parts that are over
+  std::vector<std::int64_t> bled_uAs_;  // of the completed parts
 };
 
 }  // namespace bmu::report

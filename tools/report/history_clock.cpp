@@ -9,12 +9,12 @@ namespace bmu::report {
 
 namespace {
 
-/// Less is a clock that is being put right.
+/// A smaller step is a correction of the clock.
 constexpr std::int64_t setting_min_ms = 1'000;
 constexpr std::size_t notes_max = 20;
 constexpr std::int64_t us_of_ms = 1'000;
 
-/// When a row begins, since the daemon's start.
+/// Start of a row, since the daemon's start.
 HistoryNumber begin_of(const HistoryRow& row) {
   if (!row.uptime_ms || !row.span_ms) return std::nullopt;
   return *row.uptime_ms - *row.span_ms;
@@ -48,7 +48,7 @@ HistoryNumber HistoryClock::shown(HistoryNumber unix_time_ms, const HistoryNumbe
   if (!unix_time_ms || !life || !since_start_ms) return unix_time_ms;
   const auto known = lives_.find(*life);
   if (known == lives_.end() || !known->second.was_set) return unix_time_ms;
-  // A clock that is put right by milliseconds is followed.
+  // A correction of the clock by milliseconds is followed.
   const std::int64_t shown_ms = *since_start_ms + known->second.ahead_ms;
   return std::abs(shown_ms - *unix_time_ms) < setting_min_ms ? unix_time_ms : HistoryNumber(shown_ms);
 }

@@ -1,5 +1,5 @@
-// The clock of a history, which may have been set while the daemon ran: in each life the times of the rows follow it,
-// and their uptime does not. All times of a life are shown on the clock as it was set last in it.
+// The clock of a history, which may have been set while the daemon ran: in each session the times of the rows follow
+// it, and their uptime does not. All times of a session are shown on the clock as it was set last in it.
 //
 //   HistoryClock clock;
 //   for each row in its order: clock.take(row);
@@ -17,20 +17,20 @@ namespace bmu::report {
 
 class HistoryClock {
  public:
-  /// In the order in which they were written.
+  /// Adds the rows in the order in which they were written.
   void take(const HistoryRow& row);
-  /// When a row begins; without an uptime, or where the clock was not set, as it was written.
+  /// Start of a row; without an uptime, or if the clock was not set, as written.
   [[nodiscard]] HistoryNumber shown_ms(const HistoryRow& row) const;
   [[nodiscard]] HistoryNumber shown_ms(const HistoryEvent& event) const;
-  /// By a second or more, in any life, as far as it was taken.
+  /// True if it was set by a second or more, in any session taken so far.
   [[nodiscard]] bool was_set() const { return settings_ > 0; }
-  /// A sentence for each setting of the clock by a second or more, with its size; the first 20 and how many more.
+  /// A sentence for each change of the clock by a second or more, with its size; the first 20 and the number of others.
   [[nodiscard]] std::vector<std::string> notes() const;
 
  private:
   struct Life {
-    std::int64_t ahead_ms = 0;  // of the row that was taken last: its time less its uptime
-    bool was_set = false;       // by a second or more, since the life began
+    std::int64_t ahead_ms = 0;  // of the row taken last: its time minus its uptime
+    bool was_set = false;       // by a second or more, since the session started
   };
 
   [[nodiscard]] HistoryNumber shown(HistoryNumber unix_time_ms, const HistoryNumber& life,

@@ -13,14 +13,14 @@ namespace bmu::report {
 
 namespace {
 
-/// An event has the time of its decision, a row adds up what was between decisions.
+/// Tolerance: an event has the time of its decision, a row accumulates the time between decisions.
 constexpr std::int64_t slack_ms = 150;
 
 std::string_view name_of(EventId id) {
   return row_of(id).name;
 }
 
-/// With both main contactors commanded closed.
+/// True for a phase with both main contactors commanded closed.
 bool is_closed(std::string_view phase) {
   const auto* const found =
       std::find_if(all_phases.begin(), all_phases.end(), [&](Phase one) { return to_text(one) == phase; });
@@ -43,14 +43,14 @@ PhasePart part_of(std::int64_t from_ms, std::int64_t to_ms, std::string phase, b
   return {{from_ms, to_ms}, std::move(phase), is_closed ? to_ms - from_ms : 0};
 }
 
-/// The phase that the minute began with, as far as rows say; none: nobody knows.
+/// The phase at the start of the minute, as far as the rows show; none: unknown.
 std::optional<std::string> phase_before(const HistoryRow& row, const HistoryRow* before) {
   if (before != nullptr) return before->phase;
-  // A life begins open.
+  // A session starts open.
   return begin_ms(row) < slack_ms ? std::optional(std::string(to_text(Phase::open))) : std::nullopt;
 }
 
-/// From the row alone: exact where the contactors moved once at most.
+/// Phases from the row alone: exact if the contactors moved at most once.
 std::vector<PhasePart> phases_by_figures(const HistoryRow& row, const HistoryRow* before) {
   const std::int64_t span_ms = row.span_ms.value_or(0);
   const bool ends_closed = is_closed(row.phase);
@@ -99,7 +99,7 @@ std::vector<const HistoryMoves::Move*> HistoryMoves::moves_in(const HistoryRow& 
   const auto found = of_life_.find(row.life.value_or(-1));
   if (found == of_life_.end()) return moves;
   const std::vector<Move>& all = found->second;
-  // What happened in the decision that ended a minute belongs to it.
+  // A transition in the decision that ended a minute belongs to that minute.
   auto at =
       std::partition_point(all.begin(), all.end(), [&](const Move& move) { return move.uptime_ms <= begin_ms(row); });
   for (; at != all.end() && at->uptime_ms <= row.uptime_ms.value_or(0); ++at) {
@@ -108,7 +108,7 @@ std::vector<const HistoryMoves::Move*> HistoryMoves::moves_in(const HistoryRow& 
   return moves;
 }
 
-/// What the events say; nothing if that is not what the row says.
+/// Phases from the events; nothing if they contradict the row.
 std::vector<PhasePart> HistoryMoves::told_phases(const HistoryRow& row, const HistoryRow* before) const {
   const std::vector<const Move*> moves = moves_in(row, What::phase);
   std::string phase = moves.empty() ? row.phase : moves.front()->from;

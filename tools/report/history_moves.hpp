@@ -1,6 +1,6 @@
-// What changed within the minutes of a history, and when: a row says how a minute ended and how long the contactors
-// were closed in it, the events say at what times. Both are held against each other; where the events do not fit the
-// row, as some are missing, the row counts, and what it leaves open is told as not known.
+// The transitions within the minutes of a history, and their times: a row has the phase at its end and the duration
+// with closed contactors, the events have the times. Both are compared; if the events do not match the row, because
+// some are missing, the row is used, and what it does not determine is reported as unknown.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace bmu::report {
 
-/// A part of a minute, in ms since its begin.
+/// A part of a minute, in ms since its start.
 struct MinutePart {
   std::int64_t from_ms = 0;
   std::int64_t to_ms = 0;
@@ -22,21 +22,22 @@ struct MinutePart {
 };
 
 struct PhasePart : MinutePart {
-  std::string phase;           // unknown_phase: nobody knows
-  std::int64_t closed_ms = 0;  // of it, with both main contactors commanded closed: all, nothing, or unknown when
+  std::string phase;           // unknown_phase: unknown
+  std::int64_t closed_ms = 0;  // of it, with both main contactors commanded closed: all, zero, or at unknown times
 
   [[nodiscard]] bool is_closed() const { return closed_ms == to_ms - from_ms && closed_ms > 0; }
 };
 
 class HistoryMoves {
  public:
-  /// In the order in which they were written.
+  /// Adds the events in the order in which they were written.
   void take(const HistoryEvent& event);
 
-  /// Parts that follow each other over the whole minute. `before`: the row that ended where this one begins; null if
-  /// there is none.
+  /// Consecutive parts that cover the whole minute. `before`: the row that ended where this one starts; null if there
+  /// is none.
   [[nodiscard]] std::vector<PhasePart> phases_of(const HistoryRow& row, const HistoryRow* before) const;
-  /// When in a minute a fault that the row names was there, or a warning: all of it unless events say otherwise.
+  /// The times in a minute at which a fault or warning in the row was present: the whole minute unless events show
+  /// otherwise.
   [[nodiscard]] std::vector<MinutePart> times_of_fault(const HistoryRow& row, std::string_view name,
                                                        bool is_warning) const;
 

@@ -39,7 +39,7 @@ std::string hole_text(const HoleReport& hole, const std::function<std::string(st
 
 std::int64_t missing_us(const ReportData& data) {
   std::int64_t sum_us = 0;
-  std::int64_t counted_to_us = data.from_us();  // two files may have lost the same
+  std::int64_t counted_to_us = data.from_us();  // two files may have the same gap
   for (const HoleReport& hole : data.holes) {
     if (!hole.from_us || !hole.to_us) continue;
     const std::int64_t from_us = std::max(*hole.from_us, counted_to_us);

@@ -1,7 +1,7 @@
-// The spans of a report that are not over yet: the phase, the contactors that the unit says are closed, the faults and
-// warnings that are there, looked for in the core at every decision.
+// The states of a report that are still active: the phase, the contactors that the PDU reports closed, the present
+// faults and warnings, read from the core at every decision.
 //
-// Cost: a look at every row of the fault table.
+// Cost: a check of every row of the fault table.
 #pragma once
 
 #include <array>
@@ -16,15 +16,15 @@ namespace bmu::report {
 
 class OpenSpans {
  public:
-  /// Begins in `spans` what is so from this decision on, and ends what is so no longer. What is so at the first look,
-  /// and at the first behind break_off(), has begun before.
+  /// Starts in `spans` the states that are active from this decision on, and ends those that are not. States that are
+  /// active in the first call, and in the first after break_off(), started before.
   void look(const Core& core, TimePoint now, std::int64_t at_us, std::vector<SpanReport>& spans);
-  /// Nothing is known of what follows: what is so goes on.
+  /// Called before an unknown time: active states continue.
   void break_off(std::vector<SpanReport>& spans, std::int64_t at_us);
 
  private:
   struct Row {
-    std::optional<std::size_t> span;  // its place in the report; none: it is not so
+    std::optional<std::size_t> span;  // its index in the report; none: not active
 
     void set(bool is_so, const SpanReport& as, std::vector<SpanReport>& spans, std::int64_t at_us);
     void break_off(std::vector<SpanReport>& spans, std::int64_t at_us);

@@ -27,7 +27,7 @@ std::string charge_html(const ReportData& data, const Columns& columns) {
   const Series doubt = reduced(data.soc_doubt_percent, columns);
   PlotBand band{.name = "95 of 100 cases", .ink = Ink::main, .low = {}, .high = {}};
   for (std::size_t i = 0; i < std::min(soc.size(), doubt.size()); ++i) {
-    // In this order what is not known stays so.
+    // In this order of the arguments unknown values stay unknown.
     band.low.push_back(std::max(soc.mean[i] - doubt.mean[i], 0.0F));
     band.high.push_back(std::min(soc.mean[i] + doubt.mean[i], 100.0F));
   }
@@ -73,7 +73,7 @@ std::string pack_voltage_html(const ReportData& data, const Columns& columns) {
   return chart_html(plot, columns);
 }
 
-/// The sensor that was hottest, or coldest, at any time.
+/// The sensor with the highest, or lowest, temperature at any time.
 std::optional<std::size_t> extreme_sensor(const std::vector<Series>& sensors, bool wants_high) {
   std::optional<std::size_t> found;
   float extreme = not_known;

@@ -1,6 +1,6 @@
-// The page: one HTML file that needs nothing else, readable on a telephone, on paper and without scripts.
+// The page: one self-contained HTML file, readable on a telephone, on paper and without scripts.
 //
-// Large spans are drawn by the extremes of some 900 columns (columns.hpp); 30 days of 96 cells stay below 2 MB.
+// Long spans are drawn by the extremes of about 900 columns (columns.hpp); 30 days of 96 cells stay below 2 MB.
 #pragma once
 
 #include <cstdint>
@@ -13,25 +13,24 @@ namespace bmu::report {
 
 struct PageOptions {
   std::string made_by;          // "bmuctl 0.1.0"
-  std::int64_t made_at_us = 0;  // since 1970; 0: is not told
+  std::int64_t made_at_us = 0;  // since 1970; 0: not shown
 };
 
-/// `data` with a sample at least. All text in it is taken for text, whatever it looks like.
+/// Precondition: `data` has at least one sample. All text in it is escaped.
 [[nodiscard]] std::string page_html(const ReportData& data, const PageOptions& options);
 
-// --- parts of it ----------------------------------------------------------------------------------------------------
+// --- parts of the page ----------------------------------------------------------------------------------------------
 
 /// The figures at the top. In summary.cpp.
 [[nodiscard]] std::string summary_html(const ReportData& data);
-/// Cells, by number in `data`, that are not like the others: the lowest and the highest at any time, then those
-/// furthest from the median for the longest, if that is far. At most four. `reduced` are their voltages. In
-/// cells.cpp.
+/// Outlier cells, by index in `data`: the lowest and the highest at any time, then those with the largest mean
+/// deviation from the median, if that is large. At most four. `reduced` are their voltages. In cells.cpp.
 [[nodiscard]] std::vector<std::size_t> outliers_of(const std::vector<Series>& reduced);
 /// Voltages over time. In cells.cpp.
 [[nodiscard]] std::string voltages_html(const ReportData& data, const Columns& columns);
-/// What is known of each cell at the end. In cell_figures.cpp.
+/// The state of each cell at the end. In cell_figures.cpp.
 [[nodiscard]] std::string cell_figures_html(const ReportData& data);
-/// Phases, contactors and faults, and what bounds the limits. In timeline.cpp.
+/// Phases, contactors and faults, and the causes of the limits. In timeline.cpp.
 [[nodiscard]] std::string timeline_html(const ReportData& data, const Columns& columns);
 [[nodiscard]] std::string causes_html(const ReportData& data, const Columns& columns);
 [[nodiscard]] std::string events_html(const ReportData& data);

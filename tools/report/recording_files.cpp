@@ -22,7 +22,7 @@ namespace bmu::report {
 namespace {
 
 constexpr std::string_view part_begins = "# bmud-recording ";
-/// A head has some 4 MB, and a black box a few lines before it.
+/// A head has about 4 MB, and a black box a few lines before it.
 constexpr std::size_t look_bytes_max = std::size_t{32} << 20;
 constexpr std::int64_t us_per_s = 1'000'000;
 
@@ -38,7 +38,7 @@ tl::unexpected<std::string> cannot_read(const std::string& path) {
   return failure("cannot read '" + path + "': " + std::strerror(errno));
 }
 
-/// Of a line that begins with "(1700000000.123456)", or with it behind "# ".
+/// The time of a line that starts with "(1700000000.123456)", or has it after "# ".
 std::optional<std::int64_t> time_of(std::string_view line) {
   if (line.starts_with("# ")) line.remove_prefix(2);
   if (!line.starts_with('(')) return std::nullopt;
@@ -52,11 +52,11 @@ std::optional<std::int64_t> time_of(std::string_view line) {
   return is_one ? std::optional(seconds * us_per_s + micros) : std::nullopt;
 }
 
-/// When a recording begins: the time of the first line behind a head. If the clock was not set then, the time by the
-/// clock as it is set first in the same life of the daemon; for that a file is read to there, or to its end.
+/// Start of a recording: the time of the first line after a head. If the clock was not set then, the time by the clock
+/// as it is set first in the same session of the daemon; for that a file is read up to there, or to its end.
 class FirstTime {
  public:
-  /// False: enough is known.
+  /// False: no further line is needed.
   [[nodiscard]] bool take(std::string_view line) {
     seen_ += line.size();
     has_head_ = has_head_ || line.starts_with(part_begins);
@@ -90,11 +90,11 @@ class FirstTime {
   std::size_t seen_ = 0;
   bool has_head_ = false;
   std::optional<std::int64_t> life_;
-  std::int64_t ahead_us_ = 0;  // of the clock that the first time is of
+  std::int64_t ahead_us_ = 0;  // of the clock of the first time
   std::optional<std::int64_t> first_us_;
 };
 
-/// None: there is no head, or nothing behind it.
+/// None: there is no head, or nothing after it.
 Result<std::optional<std::int64_t>, std::string> first_time(const std::string& path) {
   const OwnedFd in = open_file(path);
   if (!in.is_open()) return cannot_read(path);
@@ -111,13 +111,13 @@ Result<std::optional<std::int64_t>, std::string> first_time(const std::string& p
   }
 }
 
-/// Gives the lines of a file to a report.
+/// Feeds the lines of a file to a report.
 class Feed {
  public:
   Feed(int fd, RecordingReport& reading, const std::function<void(std::size_t bytes)>& progress)
       : lines_(fd), reading_(reading), progress_(progress) {}
 
-  /// False: the system would not read.
+  /// False: the read failed.
   [[nodiscard]] bool run() {
     LineReader::Line line;
     while (true) {
@@ -140,7 +140,7 @@ class Feed {
     const std::string place = "line " + std::to_string(lines_.line_number());
     if (std::exchange(is_in_hole_, false)) reading_.go_on(place);
     if (line.is_too_long) return break_off(place + ": too long for a recording");
-    // What is missing of it would pass for another decision.
+    // A truncated line could pass for another decision.
     if (!line.has_end) return break_off("its last line, " + std::to_string(lines_.line_number()) + ", has no end");
     if (!reading_.take(text)) break_off(reading_.trouble(lines_.line_number()));
   }
@@ -158,7 +158,7 @@ class Feed {
   LineReader lines_;
   RecordingReport& reading_;
   const std::function<void(std::size_t bytes)>& progress_;
-  bool is_in_hole_ = false;  // what comes cannot be run before the next head
+  bool is_in_hole_ = false;  // the following lines cannot be replayed before the next head
 };
 
 }  // namespace

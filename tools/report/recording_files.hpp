@@ -1,11 +1,11 @@
-// The files of a report: recordings and black boxes in the order of their times, each read as far as it is good, and on
-// behind what is damaged with the next part.
+// The files of a report: recordings and black boxes in the order of their times, each read as far as it is valid, and
+// resumed with the next part after damage.
 //
 //   const auto files = in_order_of_time({"drive-2.log.zst", "drive-1.log.zst"});
 //   if (!files) return complain(files.error());
 //   for (const RecordingFile& file : files->recordings) read_recording(file, reading, progress);
 //
-// What each of them lacks is in the report's holes (data.hpp), with line, offset and time.
+// The missing data of each file is in the report's gaps (data.hpp), with line, offset and time.
 #pragma once
 
 #include <cstdint>
@@ -25,15 +25,15 @@ struct RecordingFile {
 
 struct RecordingFiles {
   std::vector<RecordingFile> recordings;  // at least one
-  std::vector<std::string> left_out;      // a sentence each: no recording
+  std::vector<std::string> left_out;      // a sentence each: not a recording
 };
 
-/// Looks into each of them for the time of its first line, of one whose clock had not been set then (it shows 1970)
-/// also for how far it was set later in the same life of the daemon. A single one is taken whatever it is. The error
-/// names a file that cannot be read, or says that none of them is a recording.
+/// Reads the time of the first line of each file; if its clock had not been set then (it shows 1970), also the change
+/// of the clock later in the same session of the daemon. A single file is accepted unchecked. The error names a file
+/// that cannot be read, or states that none of them is a recording.
 [[nodiscard]] Result<RecordingFiles, std::string> in_order_of_time(const std::vector<std::string>& paths);
 
-/// All that can be read of it. The error: the system would not read it. `progress` is told bytes of text.
+/// Reads all that can be read. The error: the system cannot read the file. `progress` receives the bytes of text.
 [[nodiscard]] Result<void, std::string> read_recording(const RecordingFile& file, RecordingReport& reading,
                                                        const std::function<void(std::size_t bytes)>& progress);
 

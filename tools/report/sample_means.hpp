@@ -1,7 +1,7 @@
-// What one sample of a report is made of: of each quantity the mean and the extremes of what was known while it lasted,
-// taken from the core at every decision. The limits' causes are those of its first decision.
+// The contents of one sample of a report: the mean and the extremes of the known values of each quantity during it,
+// read from the core at every decision. The causes of limits are those of its first decision.
 //
-// Cost: a look at every cell and sensor of the pack a decision.
+// Cost: a read of every cell and sensor of the pack per decision.
 #pragma once
 
 #include <string>
@@ -12,15 +12,15 @@
 
 namespace bmu::report {
 
-/// Lowest, mean and highest of what was known.
+/// Minimum, mean and maximum of the known values.
 class Mean {
  public:
   void take(double value);
-  /// Nothing, unless it is usable.
+  /// Takes the value only if it is usable.
   void take(const Measured<std::int32_t>& value, TimePoint now, Duration age_max, double divisor) {
     if (value.is_usable(now, age_max)) take(value.value / divisor);
   }
-  /// `not_known` if nothing was taken since the last one.
+  /// `not_known` if no value was taken since the last call.
   void move_to(Series& series);
 
  private:
@@ -32,11 +32,12 @@ class Mean {
 
 class SampleMeans {
  public:
-  /// Of the pack; before the first look.
+  /// Sets the number of cells and sensors of the pack; before the first look().
   void resize(std::size_t cells, std::size_t sensors);
   void look(const Core& core, TimePoint now);
   [[nodiscard]] bool is_empty() const { return !has_tick_; }
-  /// Another sample of the report, which has as many cells and sensors; what comes is the next one's.
+  /// Appends a sample to the report, which has as many cells and sensors; the following values belong to the next
+  /// sample.
   void move_to(ReportData& data, std::int64_t sample_begin_us);
 
  private:

@@ -1,4 +1,4 @@
-// How a report looks, and the read-out under the pointer. Both stand in the page: it needs no network.
+// Style sheet of a report, and the read-out under the pointer. Both are embedded in the page: it needs no network.
 #pragma once
 
 #include <string_view>
@@ -6,7 +6,7 @@
 namespace bmu::report {
 
 extern const std::string_view page_style;
-/// The page says all without it.
+/// Optional: the page is complete without it.
 extern const std::string_view page_script;
 
 }  // namespace bmu::report

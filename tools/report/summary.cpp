@@ -16,7 +16,7 @@ namespace {
 using svg::escaped;
 using svg::number;
 
-/// Where an extreme was, and when.
+/// Value, position and time of an extreme.
 struct Extreme {
   float value = not_known;
   std::int64_t at_us = 0;
@@ -39,7 +39,7 @@ class Cards {
  public:
   explicit Cards(std::int64_t sample_us) : sample_us_(sample_us) {}
 
-  /// `value` and `more` are HTML already.
+  /// Precondition: `value` and `more` are HTML.
   void add(std::string_view name, const std::string& value, const std::string& more = "") {
     out_ += "<div><dt>" + escaped(name) + "</dt><dd>" + value + (more.empty() ? "" : "<small>" + more + "</small>") +
             "</dd></div>\n";
@@ -151,7 +151,7 @@ void add_faults(Cards& cards, const ReportData& data) {
   }
 }
 
-/// How much is missing in all, and the first place where it is.
+/// Adds the sum of all gaps, and the first of them.
 void add_holes(Cards& cards, const ReportData& data) {
   if (data.holes.empty()) return;
   const bool is_damaged =

@@ -21,7 +21,7 @@ constexpr std::array<std::int64_t, 30> steps_us{
     d,        2 * d,    5 * d,    7 * d,    14 * d,   28 * d, 56 * d, 112 * d, 224 * d, 448 * d};
 
 std::string formatted(std::int64_t at_us, const char* format) {
-  // Down, also before 1970.
+  // Rounds down, also before 1970.
   const std::time_t seconds = at_us >= 0 ? at_us / s : (at_us - s + 1) / s;
   std::tm parts{};
   std::array<char, 40> text{};

@@ -1,5 +1,5 @@
-// Times of the wall clock in words, and round ones for an axis. All of them are UTC: a report is read elsewhere, and an
-// axis must not jump with the summer time.
+// Texts of wall-clock times, and round times for an axis. All of them are UTC: a report may be read in another time
+// zone, and an axis must not jump at the change of summer time.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,22 @@ namespace bmu::report {
 
 /// "2026-03-01 17:05:09"
 [[nodiscard]] std::string time_text(std::int64_t at_us);
-/// When something was that is only known to be of a sample: "2026-03-01 17:05:09", "in the minute from 2026-03-01
-/// 17:05".
+/// A time that is known only as that of a sample: "2026-03-01 17:05:09", "in the minute from 2026-03-01 17:05".
 [[nodiscard]] std::string sample_text(std::int64_t at_us, std::int64_t sample_us);
-/// What there is one of for each sample: "minute", "10.0 s".
+/// The name of a sample's length: "minute", "10.0 s".
 [[nodiscard]] std::string sample_name(std::int64_t sample_us);
 /// "17:05:09.250"
 [[nodiscard]] std::string clock_text_ms(std::int64_t at_us);
-/// "2026-03-01 17:05:09 to 17:05:12 UTC"; the day of the second one where it is another.
+/// "2026-03-01 17:05:09 to 17:05:12 UTC"; with the day of the second one if it differs.
 [[nodiscard]] std::string stretch_text(std::int64_t from_us, std::int64_t to_us);
 /// "2.4 s", "5 min 3 s", "3 h 20 min", "4 d 7 h".
 [[nodiscard]] std::string span_text(std::int64_t span_us);
 
 struct TimeTick {
   std::int64_t at_us = 0;
-  std::string text;  // the day where it has changed, else the time
+  std::string text;  // the day if it has changed, else the time
 };
-/// Some `count` round times from end to end.
+/// About `count` round times from end to end.
 [[nodiscard]] std::vector<TimeTick> time_ticks(std::int64_t from_us, std::int64_t to_us, int count);
 
 }  // namespace bmu::report

@@ -1,4 +1,4 @@
-// What was so from when to when: phases, contactors, faults; what bounds the limits; and events in words.
+// Timelines: phases, contactors, faults; causes of the limits; and events as text.
 #include <algorithm>
 #include <map>
 
@@ -15,9 +15,9 @@ using svg::number;
 
 constexpr std::size_t inks = 6;  // c0 to c5
 constexpr std::size_t events_max = 500;
-/// Names beside a strip; further ones are told by the pointer only, and have the last colour.
+/// Number of names beside a strip; further ones are shown by the pointer only, and have the last colour.
 constexpr std::size_t names_told_max = 10;
-/// A span of no length is seen, too.
+/// Minimum width, so that a span of no length is visible.
 constexpr double width_min = 1.5;
 
 std::string rect(double from, double to, const std::string& classes, const std::string& title) {
@@ -26,7 +26,7 @@ std::string rect(double from, double to, const std::string& classes, const std::
          "\" height=\"1000\" class=\"" + classes + "\"><title>" + escaped(title) + "</title></rect>\n";
 }
 
-/// A line of a timeline: words, and below them where it was so.
+/// A line of a timeline: text, and below it its active times.
 std::string row_html(const std::string& words_html, const std::string& label, const std::string& rects,
                      const Columns& columns) {
   return "<div class=\"row\">" + words_html +
@@ -46,7 +46,7 @@ std::string span_title(const SpanReport& span) {
          span_text(span.to_us - span.from_us);
 }
 
-/// Names in the order of their first time, so that an opened pack shows what came first above.
+/// Names in the order of their first time, so that the first one is on top after an opening.
 std::vector<std::string> names_of(const ReportData& data, SpanKind kind) {
   std::vector<std::string> names;
   for (const SpanReport& span : data.spans) {
@@ -65,14 +65,14 @@ struct RowWords {
 
 RowWords words_of(const ReportData& data, SpanKind kind, const std::string& name) {
   RowWords words;
-  bool went_on = false;  // into a hole
+  bool went_on = false;  // into a gap
   for (const SpanReport& span : data.spans) {
     if (span.kind != kind || span.name != name) continue;
     words.text = span.text;
     if (!span.place.empty() && words.places.find(span.place) == std::string::npos) {
       words.places += (words.places.empty() ? "" : ", ") + span.place;
     }
-    // What was so before a hole and is so behind it has not begun twice, as far as anybody knows.
+    // A state before a gap that is active after it counts once.
     if (!went_on || !span.has_begun_before) ++words.count;
     went_on = span.goes_on;
     words.lasted_us += span.length_us();
@@ -107,7 +107,7 @@ std::string rows_html(const ReportData& data, SpanKind kind, const std::string& 
   return out;
 }
 
-// --- phases and causes: one thing after the other, in colours ---
+// --- phases and causes: consecutive states, in colours ---
 
 struct Stretch {
   std::int64_t from_us = 0;
@@ -164,7 +164,7 @@ std::vector<Stretch> phases_of(const ReportData& data) {
   return stretches;
 }
 
-/// One for each run of columns with the same cause at their beginning.
+/// One stretch for each run of columns with the same cause at their start.
 std::vector<Stretch> stretches_of(const CauseReport& causes, const ReportData& data, const Columns& columns) {
   std::vector<Stretch> stretches;
   for (const Column& column : columns.columns) {

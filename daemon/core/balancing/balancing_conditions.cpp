@@ -20,7 +20,7 @@ const BalancingConfig& asked(const In& in) {
   return in.config->balancing;
 }
 
-/// Of the modules that have said something; the others make the pack incomplete.
+/// Checks the modules with a valid status; the others make the pack incomplete.
 template <class Says>
 bool any_status(const In& in, Says says) {
   const auto& modules = in.modules->modules();
@@ -46,7 +46,7 @@ bool is_too_cold(const In& in, bool held) {
   return boards.is_known() && boards.min < asked(in).board_min_dC + (held ? temperature_hysteresis_dC : 0);
 }
 
-/// What a module has not told yet makes the pack incomplete; here is what it says it does not have.
+/// A module without a board sensor; before its first report the pack is incomplete, too.
 bool is_board_unknown(const In& in, bool) {
   const auto& modules = in.modules->modules();
   return !asked(in).without_board_sensor &&

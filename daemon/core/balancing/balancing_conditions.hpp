@@ -1,7 +1,8 @@
-// When nothing may be bled: one row a reason, each with its words. Any one that holds stops all balancing at once.
+// Conditions that inhibit balancing: one row for each, with its name and meaning. Any one that applies stops all
+// balancing at once.
 //
-// Thresholds are those of the pack file's section `balancing`; a value that has crossed one has to come back by a
-// little more before it counts as good again.
+// Thresholds are those of the pack file's section `balancing`; a value that has passed one must return by a hysteresis
+// before it counts as ok again.
 #pragma once
 
 #include <array>
@@ -55,20 +56,20 @@ struct BalancingBlockerRow {
   BalancingBlocker id;
   std::string_view name;     // for machines
   std::string_view meaning;  // for people
-  /// `held`: it did a tick before.
+  /// `held`: it applied a tick before.
   bool (*holds)(const BalancingConditions&, bool held);
 };
 
-/// In the order of BalancingBlocker, the most telling first.
+/// In the order of BalancingBlocker, the most informative first.
 [[nodiscard]] const std::array<BalancingBlockerRow, balancing_blocker_count>& balancing_blocker_table();
 [[nodiscard]] const BalancingBlockerRow& row_of(BalancingBlocker id);
 
-/// A bit for each row that holds, the first lowest.
+/// One bit for each row that applies, the first in the lowest bit.
 using BalancingBlockers = std::uint32_t;
 
 [[nodiscard]] BalancingBlockers balancing_blockers(const BalancingConditions& conditions, BalancingBlockers before);
 
-/// The first of them; there must be one.
+/// The first of them. Precondition: there is one.
 [[nodiscard]] BalancingBlocker first_of(BalancingBlockers blockers);
 
 }  // namespace bmu

@@ -11,7 +11,7 @@ namespace {
 using internal_bus::CommandResult;
 using internal_bus::Operation;
 
-/// A current that swings further while cells are compared makes a difference of their resistances.
+/// Maximum swing of the current while cells are compared: with more, differences of their resistances count.
 std::int32_t swing_max_mA(const CoreConfig& config) {
   constexpr std::int32_t least_mA = 200;
   constexpr std::int32_t share = 20;
@@ -92,7 +92,7 @@ BalancingStep BalancingControl::step(const BalancingInputs& in, BalancingSwitche
   return out;
 }
 
-/// All are told at once, whatever they were told before or may still be about to hear.
+/// All modules are commanded at once, whatever they were commanded before or may still receive.
 void BalancingControl::hold(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
   if (state_ == BalancingState::bleeding) {
     if (are_modules_ours(config_)) out.orders.push_back({});
@@ -122,7 +122,7 @@ bool BalancingControl::is_steady(std::int32_t current_mA) {
 }
 
 void BalancingControl::measure(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
-  // With the cells' charge in a book nobody looks at voltages.
+  // The charge method does not use voltages.
   const bool compares_voltages = config_.balancing.method != BalancingMethod::charge;
   const bool is_quiet = !switches.is_any_on() && (!compares_voltages || is_steady(in.pack->current_mA.value));
   if (!is_quiet) return begin_window(in.now);
@@ -169,7 +169,7 @@ void BalancingControl::plan(const BalancingInputs& in, BalancingSwitches& switch
   enter(BalancingState::bleeding, in.now);
 }
 
-/// Returns how many cells get minutes.
+/// Returns the number of cells that get minutes.
 std::uint16_t BalancingControl::share_out(const ModuleTable& modules) {
   std::uint16_t cells = 0;
   std::size_t cell = 0;
@@ -219,7 +219,7 @@ void BalancingControl::bleed_by_target(TimePoint now, BalancingSwitches& switche
 }
 
 /// Above the lowest cell of now or of the plan, whichever is higher: now the lowest may be one that reads low because
-/// it is bled, and a target that followed it down would have the really lowest bled with it.
+/// it is bled, and a target that followed it down would also bleed the really lowest one.
 std::optional<std::int32_t> BalancingControl::bleed_above_uV(const PackState& pack) const {
   const bool is_told = state_ == BalancingState::bleeding && !are_modules_ours(config_);
   if (!is_told || !pack.cell_voltage_uV.is_complete()) return std::nullopt;
@@ -253,7 +253,7 @@ OrderStage BalancingControl::observe_response(std::size_t module_index, const Ca
   return slot.stage;
 }
 
-/// One that may have heard its minutes without our having heard its answer is none of these yet.
+/// A module that may have received its minutes, but with no response received yet, is not among these.
 void BalancingControl::stop_unwanted(const BalancingInputs& in, BalancingSwitches& switches, BalancingStep& out) {
   for (std::size_t index = 0; index < in.modules->modules().size(); ++index) {
     Slot& slot = slots_[index];

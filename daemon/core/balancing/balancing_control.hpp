@@ -1,24 +1,26 @@
-// Measures, has bleeding planned, tells the modules, waits until it is over, and measures again.
+// Balancing: measures the cells, has a plan made, commands the modules, waits until it is over, and measures again.
 //
-//   idle        something speaks against it (balancing_conditions.hpp); whatever bleeds is stopped at once
-//   measuring   every switch is off by its module's own word, the current is steady, and that for balancing/settle_ms;
-//               then the mean of ten complete poll cycles makes a plan. Nothing to remove: from the beginning
-//   bleeding    each module with something to do was told its minutes, all its cells in one COMMAND; over when every
-//               switch is off again, its time done
+//   idle        a condition inhibits it (balancing_conditions.hpp); whatever bleeds is stopped at once
+//   measuring   every switch is off by its module's report, the current is steady (not required by the method charge),
+//               and that for balancing/settle_ms; then the mean of ten complete poll cycles makes a plan. With nothing
+//               to remove the state starts again
+//   bleeding    each module with something to do was commanded its minutes, all its cells in one COMMAND; over when
+//               every switch is off again, its time elapsed
 //
-// Minutes are said in two COMMANDs: 0 for every cell, and when that is answered, the minutes. A module that begins only
-// when a number changes may have kept that of last time, which is mostly the same, and nobody who has just started
-// knows it. Each COMMAND is sent again after `balancing_retry` until its module answers, `balancing_tries` times: the
-// same minutes said again prolong nothing. A module that refuses or does not answer is left out until the next plan. A
-// switch that is on without having been told is stopped, again and again, in every state; what does not obey is a fault
-// (balancing_switches.hpp).
+// Minutes are sent in two COMMANDs: 0 for every cell, and after the response to that, the minutes. A module that starts
+// only when a number changes may have kept the previous one, which is mostly the same, and is unknown after a start of
+// the daemon. Each COMMAND is sent again after `balancing_retry` until its module responds, `balancing_tries` times:
+// the same minutes sent again prolong nothing. A module that refuses or does not respond is omitted until the next
+// plan. A switch that is on without a command is stopped repeatedly, in every state; one that does not follow the
+// command is a fault (balancing_switches.hpp).
 //
-// Modules of another maker take no minutes: they are told a voltage, that of the lowest cell and a little more, and
-// bleed what is above it by themselves (devices/module_driver.hpp). They are told so for `target_bleeding_max` at the
-// most, less if they have nothing more to bleed, since cells read low while they are bled; then it is measured again.
+// Modules of another maker do not accept minutes: they are commanded a voltage, that of the lowest cell and a little
+// more, and bleed cells above it by themselves (devices/module_driver.hpp). The target is commanded for
+// `target_bleeding_max` at most, less if they have nothing more to bleed, since cells read low while they are bled;
+// then the cells are measured again.
 //
-// Its counterpart in our modules is the protocol's operations 03 and 04. No allocation; about 45 kB.
-// Cost: a look at each module a tick; a pass over the cells for each of the ten poll cycles.
+// Its counterpart in this system's modules is the protocol's operations 03 and 04. No allocation; about 45 kB.
+// Cost: a check of each module a tick; a pass over the cells for each of the ten poll cycles.
 #pragma once
 
 #include <array>
@@ -39,23 +41,23 @@ namespace bmu {
 inline constexpr std::size_t balancing_orders_per_tick = 4;
 inline constexpr Duration balancing_retry = 200ms;
 inline constexpr std::uint8_t balancing_tries = 5;
-/// A stop that is not seen to be obeyed is said again.
+/// Interval after which a stop without visible effect is sent again.
 inline constexpr Duration stop_retry = 500ms;
-/// Modules that are told a target bleed for so long before it is measured again; a quarter of an hour is what others
-/// give them.
+/// Time for which modules with a target bleed before the next measurement; other systems give them a quarter of an
+/// hour.
 inline constexpr Duration target_bleeding_max = std::chrono::minutes{10};
-/// They have nothing to bleed if they have not begun by then.
+/// Modules that have not started by then have nothing to bleed.
 inline constexpr Duration target_patience = 30s;
-/// So far above the lowest cell their target lies at the least: they tell whole millivolts, and read what they bleed
-/// low.
+/// Minimum distance of their target above the lowest cell: they report whole millivolts, and read the cells that they
+/// bleed low.
 inline constexpr std::int32_t target_band_min_uV = 10'000;
-/// Poll cycles whose mean is planned with.
+/// Number of poll cycles in the mean for a plan.
 inline constexpr std::uint16_t balancing_samples = 10;
 
 enum class BalancingState : std::uint8_t { idle, measuring, bleeding };
 [[nodiscard]] std::string_view to_text(BalancingState state);
 
-/// How far a module is with its minutes.
+/// State of a module's command to bleed for its minutes.
 enum class OrderStage : std::uint8_t { none, needed, asked, done, refused, unanswered };
 [[nodiscard]] std::string_view to_text(OrderStage stage);
 
@@ -83,17 +85,17 @@ struct BalancingStep {
   FixedVector<BalancingOrder, balancing_orders_per_tick> orders;
   bool has_begun = false;            // to bleed
   bool was_stopped = false;          // by a blocker, while bleeding
-  std::uint8_t unanswered_node = 0;  // gave no answer in all tries, after one that it gave; one a tick
+  std::uint8_t unanswered_node = 0;  // no response in all attempts, after a successful one or at first; one a tick
 };
 
 class BalancingControl {
  public:
   void init(const CoreConfig& config);
-  /// After a gap in our own life: nobody counts as told, and measuring begins anew.
+  /// After a stall of this process: no module counts as commanded, and measuring starts again.
   void forget(TimePoint now);
-  /// Once a tick in which frames can be sent. `switches` have been updated.
+  /// Once a tick in which frames can be sent. Precondition: `switches` have been updated.
   [[nodiscard]] BalancingStep step(const BalancingInputs& in, BalancingSwitches& switches);
-  /// A RESPONSE to COMMAND 03; others are ignored. Returns the stage it led to.
+  /// Handles a RESPONSE to COMMAND 03; others are ignored. Returns the stage it led to.
   OrderStage observe_response(std::size_t module_index, const CanFrame& frame, TimePoint at,
                               BalancingSwitches& switches);
 
@@ -104,15 +106,15 @@ class BalancingControl {
   [[nodiscard]] PlanVerdict verdict() const { return verdict_; }
   [[nodiscard]] TimePoint planned_at() const { return planned_at_; }
   [[nodiscard]] OrderStage stage(std::size_t module_index) const { return slots_[module_index].stage; }
-  /// It has refused its minutes or not answered, and not obeyed since.
+  /// It has refused its minutes or not responded, and not followed a command since.
   [[nodiscard]] bool has_failed(std::size_t module_index) const { return slots_[module_index].has_failed; }
-  /// What foreign modules are to be told: bleed what is above this; nothing: no cell.
+  /// Target for modules of another maker: cells above it are bled; nothing: no cell.
   [[nodiscard]] std::optional<std::int32_t> bleed_above_uV(const PackState& pack) const;
-  /// Cells with minutes in the last plan.
+  /// Number of cells with minutes in the last plan.
   [[nodiscard]] std::uint16_t cells_told() const { return cells_told_; }
-  /// What the last plan wants a cell to lose and it has not lost yet, by number through the pack, from 0.
+  /// Charge that the last plan removes from a cell and that it has not lost yet, by number through the pack, from 0.
   [[nodiscard]] std::int64_t to_go_uAs(std::size_t cell, const BalancingSwitches& switches) const;
-  /// What the last plan asked a module for.
+  /// Minutes of a module in the last plan.
   [[nodiscard]] const BalancingMinutes& minutes(std::size_t module_index) const { return slots_[module_index].minutes; }
 
  private:
@@ -149,7 +151,7 @@ class BalancingControl {
   std::uint16_t cells_told_ = 0;
   std::array<Slot, modules_max> slots_{};
 
-  // The window that is being measured in.
+  // The present measuring window.
   TimePoint window_began_at_{};
   TimePoint sampled_at_{};
   std::uint16_t samples_ = 0;

@@ -31,7 +31,7 @@ namespace {
 
 using Remove = std::span<std::int64_t>;
 
-/// Of one voltage: two cells may stand at the two ends of their hysteresis, and share the dead band.
+/// Tolerance of one voltage: two cells may be at the two ends of their hysteresis, and share the dead band.
 double voltage_tolerance_uV(const CoreConfig& config) {
   return config.balancing.dead_band_uV / 2.0 + config.cell.hysteresis_V * 1e6;
 }
@@ -41,7 +41,7 @@ PlanVerdict verdict_of(Remove remove_uAs) {
   return has_any ? PlanVerdict::planned : PlanVerdict::balanced;
 }
 
-/// Charge for each microvolt where the curve is steepest, from this voltage on: the least there can be to it.
+/// Charge per microvolt where the curve is steepest, from this voltage on: the minimum charge of a voltage difference.
 double least_uAs_per_uV(const CellModel& cell, std::int32_t from_uV) {
   double steepest_uV_per_permille = 0.0;
   for (std::size_t next = 1; next < cell.ocv.size(); ++next) {
@@ -83,13 +83,13 @@ double drop_at_once_uV(const CellModel& cell, std::int32_t current_mA) {
   return std::abs(current_mA) * cell.series_resistance_Ohm * 1e3;
 }
 
-/// At least what the present current makes of it, if it goes on.
+/// At least the polarisation that the present current causes, if it continues.
 double late_uV(const BalancingView& view, const CellModel& cell) {
   const double late_Ohm = cell.rc_resistance_Ohm + cell.slow_rc_resistance_Ohm;
   return std::max(view.late_uV, std::abs(view.current_mA) * late_Ohm * 1e3);
 }
 
-/// With too much current for the dead band each cell has to bring a resistance of its own.
+/// With a current too large for the dead band each cell must have a measured resistance of its own.
 bool knows_enough_resistance(const BalancingView& view, const CoreConfig& config) {
   const double drop_uV = drop_at_once_uV(config.cell, view.current_mA) + late_uV(view, config.cell);
   return drop_uV * factor_at(config.cell, view.coldest_dC) <= config.balancing.dead_band_uV ||
@@ -100,7 +100,7 @@ double ocv_uV(const BalancingCell& cell, std::int32_t current_mA) {
   return cell.voltage_uV + static_cast<double>(cell.resistance_uOhm) * current_mA * 1e-3;
 }
 
-/// What two cells may differ by that resistances, as they were measured, do not show.
+/// Possible difference of two cells that their resistances, as measured, do not show.
 class Unseen {
  public:
   Unseen(const BalancingView& view, const CellModel& cell)
@@ -131,7 +131,7 @@ class Unseen {
   double by_temperature_;
 };
 
-/// Above the end of the curve its last slope goes on: two cells that are charged past it are not equally full.
+/// Above the end of the curve its last slope continues: two cells that are charged past it are not equally full.
 double charge_beyond_uAs(const CellModel& cell, double voltage_uV) {
   const std::int32_t end_uV = cell.ocv[cell.ocv.size() - 1].ocv_uV;
   const double above_uV = std::max(voltage_uV - end_uV, 0.0);
@@ -145,7 +145,8 @@ PlanVerdict plan_by_ocv(const BalancingView& view, const CoreConfig& config, Rem
   };
   const BalancingCell& lowest = *std::min_element(view.cells.begin(), view.cells.end(), by_ocv);
   const Unseen unseen(view, config.cell);
-  // Where the curve bends one end is as good as nothing without the other: the lowest may hold as much as this.
+  // Where the curve bends, a tolerance at one end does not replace that at the other: the lowest may hold as much as
+  // this.
   const double tolerance_uV = voltage_tolerance_uV(config);
   const double lowest_uAs = charge_beyond_uAs(config.cell, ocv_uV(lowest, view.current_mA) + tolerance_uV);
   for (std::size_t cell = 0; cell < view.cells.size(); ++cell) {
@@ -157,7 +158,7 @@ PlanVerdict plan_by_ocv(const BalancingView& view, const CoreConfig& config, Rem
   return verdict_of(remove_uAs);
 }
 
-/// The one that is missing most, at the least, is the one that all wait for.
+/// The target is that of the cell with the largest certain lack of charge: all others wait for it.
 PlanVerdict plan_by_charge(const BalancingView& view, const CoreConfig& config, Remove remove_uAs) {
   const bool knows_all =
       std::all_of(view.cells.begin(), view.cells.end(), [](const BalancingCell& one) { return one.charge.is_known; });

@@ -1,12 +1,13 @@
-// How far the part of a cell's voltage that follows the current late may be off: what its two pairs of resistance and
-// capacitance hold back, either way, at the most.
+// Upper bound of the polarisation of a cell: the voltage of its two RC elements, which follow the current with a delay,
+// either way.
 //
-//   bound of a pair = max(R * |I|, bound a moment ago * exp(-dt / tau))
+//   bound of an RC element = max(R * |I|, its previous bound * exp(-dt / tau))
 //
-// A pair's voltage runs after R * I with its time constant, so it never exceeds that: it rises at once and falls as
-// slowly as the pair. Whatever flowed, in whichever order. All cells in series have carried the same current, so what
-// two of them differ by is this times the difference of their resistances. While the current is not known it counts as
-// the largest that is allowed. What flowed before it was known for the first time nobody knows, and it is not counted.
+// The voltage of an RC element follows R * I with its time constant, so it never exceeds that bound, which rises at
+// once and falls as slowly as the element, whatever flowed in whichever order. All cells in series have carried the
+// same current, so the difference of two of them is this times the difference of their resistances. While the current
+// is unknown it counts as the largest permitted one. The current before it was known for the first time is unknown, and
+// is not counted.
 //
 // Cost: two exponentials an update.
 #pragma once
@@ -24,14 +25,15 @@ namespace bmu {
 
 class PolarisationBound {
  public:
-  /// `current_max_mA`: the largest that may flow for long, either way.
+  /// `current_max_mA`: the largest continuous current, either way.
   void init(const CellModel& cell, std::int32_t current_max_mA) {
     *this = {};
     fast_ = {.resistance_Ohm = cell.rc_resistance_Ohm, .time_constant_s = cell.rc_time_constant_s};
     slow_ = {.resistance_Ohm = cell.slow_rc_resistance_Ohm, .time_constant_s = cell.slow_rc_time_constant_s};
     current_max_mA_ = current_max_mA;
   }
-  /// Often: between two updates the current counts as that of the later one, so the gap must be shorter than it swings.
+  /// Call often: between two updates the current counts as that of the later one, so the gap must be shorter than it
+  /// swings.
   void update(TimePoint now, const Measured<std::int32_t>& current_mA) {
     is_begun_ = is_begun_ || current_mA.is_valid();
     if (!is_begun_) return;
@@ -41,7 +43,7 @@ class PolarisationBound {
     fast_.update(passed_s, at_most_mA);
     slow_.update(passed_s, at_most_mA);
   }
-  /// Of a cell with the file's resistances at 25 C; 0 or more.
+  /// For a cell with the file's resistances at 25 C; 0 or more.
   [[nodiscard]] double most_uV() const { return fast_.most_uV + slow_.most_uV; }
 
  private:

@@ -29,7 +29,7 @@ Curves ocv_at(const CellDynamics::Row& row, double soc) {
   return {value + beyond * steep, steep};
 }
 
-/// One table of both rows, blended, times `factor`.
+/// One table of two rows, interpolated by `share` and multiplied by `factor`.
 template <std::size_t Points>
 void blend(OverCharge<Points>& to, const OverCharge<Points>& cold, const OverCharge<Points>& warm, double share,
            double factor = 1.0) {
@@ -126,13 +126,13 @@ double ocv_slope_V(const CellDynamics::Row& row, double soc) {
 
 namespace {
 
-/// Both tables change their slopes at multiples of this only.
+/// The slopes of both tables change only at multiples of this step.
 constexpr std::size_t straight_pieces = std::lcm(CellDynamics::curve_points - 1, CellDynamics::resistance_points - 1);
 
 }  // namespace
 
-/// Between two neighbouring bends of the tables the voltage is a straight line: halving finds the two, and the line the
-/// rest.
+/// Between two neighbouring bends of the tables the voltage is linear: bisection finds the two bends, linear
+/// interpolation the position between them.
 double soc_from_ocv(const CellDynamics::Row& row, double ocv_V, double hysteresis) {
   const auto rested_V = [&](std::size_t bend) {
     const double soc = static_cast<double>(bend) / static_cast<double>(straight_pieces);

@@ -1,21 +1,20 @@
-// How a cell's voltage answers to its charge, its temperature and the current, in tables that were measured: what the
-// estimators live by. Made by `bmucell fit` from test data and written into a cell file, or derived from the few
-// numbers of a CellModel.
+// Cell model for the estimators: voltage as a function of charge, temperature and current, in measured tables. Made by
+// `bmucell fit` from test data and written into a cell file, or derived from the few numbers of a CellModel.
 //
 //   voltage = OCV(z, T) + h * H(z, T) - I * R0(z, T) - K(z, T) * asinh(I / I0(T)) * I0(T) - U1 - U2 - U3
 //   dUk/dt  = (I * Rk(z, T) - Uk) / tau_k
 //   dh/dq   = (-sign(I) - h) / q0
 //
-// z is the state of charge, 0 empty to 1 full; I is positive out of the cell; q the charge that flows either way. OCV
-// is the middle between the curves of charging and discharging, H half of what lies between them. K is the resistance
-// of the charge transfer, which falls as the current rises: the inverse of the Butler-Volmer equation with equal
-// transfer coefficients. In the warm it is a resistance like any other; in the cold, where I0 is small, it is what
-// makes a cell look better under load. (G. L. Plett, Battery Management Systems, Vol. I, Artech House 2015, chapter 2;
-// A. Bard, L. Faulkner, Electrochemical Methods, 2nd ed., Wiley 2001, section 3.4.)
+// z is the state of charge, 0 empty to 1 full; I is positive out of the cell; q the charge throughput in both
+// directions. OCV is the middle between the curves of charging and discharging, H half of their difference. K is the
+// charge transfer resistance, which falls as the current rises: the inverse of the Butler-Volmer equation with equal
+// transfer coefficients. In the warm it acts as a plain resistance; in the cold, where I0 is small, it reduces the
+// apparent resistance of a cell under load. (G. L. Plett, Battery Management Systems, Vol. I, Artech House 2015,
+// chapter 2; A. Bard, L. Faulkner, Electrochemical Methods, 2nd ed., Wiley 2001, section 3.4.)
 //
-// Between the rows of temperature everything is interpolated along the Arrhenius factor exp(a * (1/T - 1/298.15 K)), in
-// which a resistance that follows Arrhenius' law is a straight line; beyond the rows the nearest one holds for the
-// curves, and the law goes on for the resistances.
+// Between the temperature rows all values are interpolated along the Arrhenius factor exp(a * (1/T - 1/298.15 K)), in
+// which a resistance that follows Arrhenius' law is a straight line; beyond the rows the nearest row applies to the
+// curves, and the law extrapolates the resistances.
 #pragma once
 
 #include <array>
@@ -26,7 +25,7 @@
 
 namespace bmu {
 
-/// Values at even steps of the state of charge from 0 to 1.
+/// Values at equal steps of the SOC from 0 to 1.
 template <std::size_t Points>
 using OverCharge = std::array<double, Points>;
 
@@ -39,7 +38,7 @@ struct CellDynamics {
   using Curve = OverCharge<curve_points>;
   using Resistance = OverCharge<resistance_points>;
 
-  /// Everything at one temperature.
+  /// All tables at one temperature.
   struct Row {
     double temperature_C = 25.0;
     Curve ocv_V{};
@@ -48,8 +47,8 @@ struct CellDynamics {
     Resistance kinetic_Ohm{};
     std::array<Resistance, pairs> pair_Ohm{};
     double exchange_current_A = 1.0;  // I0, above 0
-    /// How far the model is off, one standard deviation, and how long it stays so: what the fit left over, in what
-    /// lasts for minutes and what passes within seconds.
+    /// Model error, one standard deviation, and its correlation time: the residual of the fit, split into a part that
+    /// lasts for minutes and one that decays within seconds.
     double slow_error_V = 0.01;
     double slow_error_time_s = 1500.0;
     double fast_error_V = 0.01;
@@ -58,9 +57,9 @@ struct CellDynamics {
 
   FixedVector<Row, temperatures_max> rows;  // at least one, by rising temperature
   std::array<double, pairs> pair_time_constant_s{10.0, 100.0, 1000.0};
-  double activation_K = 0.0;              // a above
+  double activation_K = 0.0;              // a in the formula above
   double hysteresis_charge = 0.03;        // q0, a share of the capacity, above 0
-  double charge_efficiency = 1.0;         // what of a charging current arrives as charge
+  double charge_efficiency = 1.0;         // share of a charging current that is stored as charge
   double self_discharge_per_month = 0.0;  // share of the capacity at 25 C; twice as much every 10 K
   double capacity_As = 0.0;               // above 0
 };
@@ -68,7 +67,7 @@ struct CellDynamics {
 /// The model at one state of charge and temperature.
 struct CellPoint {
   double ocv_V = 0.0;
-  double ocv_slope_V = 0.0;  // per 1 of state of charge
+  double ocv_slope_V = 0.0;  // per 1 of SOC
   double hysteresis_V = 0.0;
   double series_Ohm = 0.0;
   double kinetic_Ohm = 0.0;
@@ -80,21 +79,21 @@ struct CellPoint {
   double fast_error_time_s = 0.0;
 };
 
-/// Where a value lies in a table of even steps: `share` of the way from entry `from` to the next.
+/// Position of a value in a table of equal steps: `share` of the way from entry `from` to the next.
 struct TablePlace {
   std::size_t from = 0;
   double share = 0.0;
 };
 [[nodiscard]] constexpr TablePlace table_place(std::size_t points, double soc) {
-  const double bounded = soc > 0.0 ? (soc < 1.0 ? soc : 1.0) : 0.0;  // what is no number is 0
+  const double bounded = soc > 0.0 ? (soc < 1.0 ? soc : 1.0) : 0.0;  // not-a-number is 0
   const double position = bounded * static_cast<double>(points - 1);
   const auto whole = static_cast<std::size_t>(position);
   const std::size_t from = whole < points - 2 ? whole : points - 2;
   return {from, position - static_cast<double>(from)};
 }
 
-/// Between which rows a temperature lies. Beyond the first and last there is only that one, and `resistance` is what
-/// its resistances are multiplied with.
+/// Rows between which a temperature lies. Beyond the first and last row only that row applies, and its resistances are
+/// multiplied by `resistance`.
 struct RowPlace {
   std::size_t from = 0;
   double share = 0.0;
@@ -103,40 +102,40 @@ struct RowPlace {
 /// Cost: two or three exponentials.
 [[nodiscard]] RowPlace row_place(const CellDynamics& cell, double temperature_C);
 
-/// The whole cell at one temperature, for whoever looks at many of its states of charge. Cost: those of row_place() and
+/// The whole cell at one temperature, for callers that evaluate many states of charge. Cost: that of row_place() and
 /// some 400 multiplications.
 [[nodiscard]] CellDynamics::Row row_at(const CellDynamics& cell, double temperature_C);
 
-/// Above full and below empty the open-circuit voltage goes on by the slope of its last step, at least this: a curve
-/// that is flat there would let an overfull cell be anything.
+/// Minimum slope of the open-circuit voltage above full and below empty, where the slope of the last table step
+/// continues: with a curve that is flat there, an overcharged cell could have any SOC.
 inline constexpr double ocv_slope_beyond_min_V = 0.8;
 
-/// `soc` from 0 to 1; beyond, the resistances are those of the end. Cost: some 10 multiplications.
+/// `soc` from 0 to 1; beyond, the resistances at the end apply. Cost: some 10 multiplications.
 [[nodiscard]] CellPoint at(const CellDynamics::Row& row, double soc);
-/// The same with the row worked out.
+/// The same, with the row computed first.
 [[nodiscard]] CellPoint at(const CellDynamics& cell, double soc, double temperature_C);
 
-/// What the charge transfer makes of a current: I0 * asinh(I / I0), which times K is what it takes; the sign is the
-/// current's. The same at every state of charge of one temperature, and by far the dearest part of a voltage.
+/// Charge transfer current function I0 * asinh(I / I0), which times K is the overvoltage; it has the sign of the
+/// current. It is the same at every SOC of one temperature, and by far the most expensive part of a voltage.
 [[nodiscard]] double kinetic_A(double exchange_current_A, double current_A);
-/// What the charge transfer takes at this current.
+/// Charge transfer overvoltage at this current.
 [[nodiscard]] double kinetic_V(const CellPoint& point, double current_A);
 
-/// State of charge of a rested cell, within 0 to 1, both exactly for a voltage beyond the curve; `hysteresis` from -1
+/// SOC of a relaxed cell, from 0 to 1, and exactly one of these for a voltage beyond the curve; `hysteresis` from -1
 /// (last discharged) to 1. Cost: some 50 multiplications.
 [[nodiscard]] double soc_from_ocv(const CellDynamics::Row& row, double ocv_V, double hysteresis);
-/// The same with the row worked out.
+/// The same, with the row computed first.
 [[nodiscard]] double soc_from_ocv(const CellDynamics& cell, double ocv_V, double temperature_C, double hysteresis);
 
-/// The open-circuit voltage alone, and its slope, per 1 of state of charge.
+/// Only the open-circuit voltage, and its slope per 1 of SOC.
 [[nodiscard]] double ocv_V(const CellDynamics::Row& row, double soc);
 [[nodiscard]] double ocv_slope_V(const CellDynamics::Row& row, double soc);
 
-/// The same cell from the few numbers that a maker's sheet gives: resistances by Arrhenius' law, no kinetics, an error
-/// of the model as large as its ignorance.
+/// The same cell from the few numbers of a data sheet: resistances by Arrhenius' law, no charge transfer, a model error
+/// as large as the uncertainty of these numbers.
 [[nodiscard]] CellDynamics dynamics_of(const CellModel& model);
 
-/// What the cell loses by itself, in ampere seconds of a second. Temperatures below -60 and above 150 C count as these.
+/// Self-discharge current. Temperatures below -60 and above 150 C count as these.
 [[nodiscard]] double self_discharge_A(const CellDynamics& cell, double temperature_C);
 
 }  // namespace bmu

@@ -10,7 +10,7 @@ constexpr double all_permille = 1'000.0;
 
 }  // namespace
 
-/// Between straight lines the extremes are where one end of the stretch is at a point of the curve.
+/// Of piecewise linear curves: the extremes are where one end of the charge interval is at a point of the curve.
 OcvShift ocv_shift(const CellModel& cell, std::int64_t charge_uAs) {
   const double span_permille =
       std::min(static_cast<double>(charge_uAs) * all_permille / static_cast<double>(cell.capacity_uAs), all_permille);

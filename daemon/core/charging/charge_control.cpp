@@ -6,12 +6,12 @@ namespace bmu {
 
 namespace {
 
-/// Shares of what would bring the cell to its full voltage at once, each second.
+/// Shares of the current that would bring the cell to its full voltage at once, per second.
 constexpr std::int64_t rise_permille_per_s = 200;
 constexpr std::int64_t fall_permille_per_s = 1'000;
-/// Samples that are further apart than this are not of one movement.
+/// Samples that are further apart than this do not belong to one movement.
 constexpr Duration sample_gap_max = 1s;
-/// A cell of which no resistance is known is taken to have so little of it that the current moves slowly.
+/// Lower bound of the cell's resistance, also for an unknown one: it bounds the rate of the current.
 constexpr std::int64_t resistance_min_uOhm = 100;
 
 }  // namespace
@@ -53,7 +53,7 @@ void ChargeControl::enter(ChargeStage stage, TimePoint now) {
 }
 
 void ChargeControl::step(const ChargeInputs& in) {
-  if (stepped_at_ == TimePoint{}) stepped_at_ = in.now;  // the first tick ends no span
+  if (stepped_at_ == TimePoint{}) stepped_at_ = in.now;  // the first tick has no time before it
   enter(next_stage(in), in.now);
   const bool knows_cells = in.pack->cell_voltage_uV.is_complete();
   if (!is_enabled() || !knows_cells) {
@@ -84,8 +84,9 @@ ChargeStage ChargeControl::next_stage(const ChargeInputs& in) {
   return pauses ? ChargeStage::balancing : ChargeStage::full;
 }
 
-/// On when the highest cell has come down far enough to take something again, or when nothing is bled any more and it
-/// stands below the top: bled within the window or relaxed, all cells have room. To the end when it stands there.
+/// Continues when the highest cell has fallen far enough to accept charge again, or when nothing is bled any more and
+/// it is below the top: bled within the window or relaxed, all cells can accept charge. Ends the charge if it is at the
+/// top.
 ChargeStage ChargeControl::after_balancing(const ChargeInputs& in) {
   const Spread& cells = in.pack->cell_voltage_uV;
   has_bled_ = has_bled_ || in.is_bleeding;
@@ -122,7 +123,7 @@ bool ChargeControl::has_reached_top(const ChargeInputs& in) {
   return in.now - little_since_ >= config_.end_for;
 }
 
-/// Follows the highest cell, with each new sample of it.
+/// Adjusts the held current by the highest cell, with each new sample of it.
 void ChargeControl::hold(const PackState& pack) {
   const Spread& cells = pack.cell_voltage_uV;
   if (cells.max_taken_at == sampled_at_) return;

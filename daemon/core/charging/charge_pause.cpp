@@ -4,7 +4,7 @@ namespace bmu {
 
 namespace {
 
-/// A twentieth of the current that fills the cells within the hour.
+/// For C/20: its current is the capacity divided by this.
 constexpr std::int64_t twentieth_rate_uAs_per_mA = std::int64_t{20} * 3'600 * 1'000;
 
 }  // namespace
@@ -19,7 +19,8 @@ bool ChargePause::is_charging(const ChargePauseInputs& in) const {
   return in.is_closed && in.current_mA.is_valid() && -in.current_mA.value >= charging_mA_;
 }
 
-/// The first pause measures again what is known from earlier charges; the others only make an unknown resistance known.
+/// The first pause measures a resistance again that is known from earlier charges; the others measure unknown ones
+/// only.
 bool ChargePause::is_due(const ChargePauseInputs& in) const {
   const Duration after = is_first_ ? pause_after : pause_repeat_after;
   const bool has_charged = charging_since_ != TimePoint{} && in.now - charging_since_ >= after;

@@ -1,11 +1,12 @@
-// Fan, heater, and the line that lets the motor controller work (BMU_15, RR_4).
+// Control of the fan, the heater and the output that enables the motor controller (BMU_15, RR_4).
 //
-// Fan: from `fan_on` at the hottest cell until it is back at `fan_off`. Heater: from `heater_on` at the coldest cell
-// until `heater_off`; never with a cell that is hot, and never a pack whose temperatures are not all known. Either
-// stops after its longest run and stays off for a pause: what has not helped by then is broken. Runs with gaps between
-// them count together; a gap gives back its share of the pause, so that one as long as the pause gives back all.
+// Fan: on from `fan_on` at the hottest cell until it is back at `fan_off`. Heater: on from `heater_on` at the coldest
+// cell until `heater_off`; never with a hot cell, and never unless all cell temperatures are known. Either stops after
+// its maximum run time and stays off for a pause: a device that has not helped by then is defective. Runs with gaps
+// between them count together; a gap gives back its share of the pause, so that one as long as the pause gives back
+// all.
 //
-// Motor controller: on while the pack is closed and may be discharged, and, where there is a throttle, from its "on"
+// Motor controller: enabled while the pack is closed and may be discharged, and, if there is a throttle, from its "on"
 // share until it is below its "off" share.
 #pragma once
 
@@ -21,7 +22,7 @@ namespace bmu {
 struct AuxiliaryInputs {
   TimePoint now{};
   bool may_drive = false;  // closed, and discharging is allowed
-  bool may_run = false;    // the daemon is neither ending nor resting, and knows its lines
+  bool may_run = false;    // the daemon is neither shutting down nor asleep
   Spread cell_temperature_dC;
   SignalValue throttle_permille;
 };
@@ -38,7 +39,7 @@ class Auxiliary {
   AuxiliaryOutputs step(const AuxiliaryInputs& in);
 
  private:
-  /// Something that may run for so long at once.
+  /// Device with a limited run time.
   struct Runner {
     bool is_on = false;
     bool is_pausing = false;

@@ -1,7 +1,7 @@
-// Who asks for a closed pack: the edges of vehicle-on and charger-connected.
+// Close request: the edges of the inputs vehicle-on and charger-connected.
 //
-// Closing needs an edge: a line that was seen off since start, or since we last knew nothing, and then came on. Each
-// line has a wish of its own, which ends with the line: a charger that is pulled out takes its wish with it and does
+// Closing requires an edge: an input that was off since start, or since the inputs were last unknown, and then switched
+// on. Each input has a request of its own, which ends with the input: unplugging a charger ends its request and does
 // not leave the pack closed for a key that has not been turned since.
 #pragma once
 
@@ -12,22 +12,23 @@ namespace bmu {
 
 class CloseRequest {
  public:
-  /// The lines of a fresh word of the unit. True if this changed whether somebody asks.
+  /// Updates the requests from the inputs of a fresh PDU state. True if this changed is_present().
   bool follow(const PduState& pdu, bool contactors_open, TimePoint now);
-  /// Nobody knows the lines: the next word shows where they stand, and no edge.
+  /// The inputs are unknown: the next state gives their levels, and no edge.
   void lose_sight() { lines_known_ = false; }
-  /// The wishes so far have been dealt with: opened for a reason, or refused.
+  /// Ends the present requests: opened for a reason, or refused.
   void drop();
-  /// The charger's alone.
+  /// Ends the charger's request alone.
   void drop_charger();
-  /// A charger that stayed plugged in asks again: as an edge of its line.
+  /// Lets a charger that stayed plugged in request again, as by an edge of its input.
   void plug_in_again() { charger_.was_on = false; }
 
   [[nodiscard]] bool is_present() const { return vehicle_.is_wished || charger_.is_wished; }
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
   [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
-  /// The charger asked last, and its line has ended. Nobody asks then: a vehicle that asks has asked last.
+  /// The charger requested last, and its input has ended. No request is present then: a vehicle that requests was the
+  /// last.
   [[nodiscard]] bool is_unplugged() const { return has_charger_asked_last_ && !is_plugged_in_; }
 
  private:

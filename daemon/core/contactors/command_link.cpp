@@ -16,12 +16,12 @@ bool CommandLink::is_due(TimePoint now, bool has_changed) const {
 void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
   constexpr Duration period = internal_bus::contactor_command.period;
   if (!has_sent_) {
-    // The first one may bear the counter that the last one of another life had, and be ignored as repeated.
+    // The first one may have the counter of the previous session's last command, and be ignored as repeated.
     due_at_ = now + tick_period;
   } else if (now >= due_at_ && now < due_at_ + period) {
     due_at_ += period;  // from the due time, so that a decision between two ticks makes no interval longer
   } else {
-    due_at_ = now + period - tick_period;  // served with the tick after it, at the latest
+    due_at_ = now + period - tick_period;  // sent in the tick after it, at the latest
   }
   if (unconfirmed_since_ == TimePoint{}) unconfirmed_since_ = now;
   waiting_ = static_cast<std::uint8_t>(std::min(waiting_ + 1, int{commands_waiting_max}));
@@ -32,7 +32,7 @@ void CommandLink::note_sent(std::uint8_t counter, TimePoint now) {
 }
 
 void CommandLink::note_echo(std::uint8_t counter) {
-  if (counter != counter_ || !has_sent_) return;  // an older one: what counts is behind it
+  if (counter != counter_ || !has_sent_) return;  // an older one: the latest command is still queued behind it
   has_echoed_ = true;
   waiting_ = 0;
   unconfirmed_since_ = {};
@@ -48,7 +48,7 @@ bool CommandLink::is_on_bus(TimePoint now) const {
 }
 
 bool CommandLink::is_stuck(TimePoint now) const {
-  const bool is_full = waiting_ >= commands_waiting_max;  // what comes next has to be the word that changes something
+  const bool is_full = waiting_ >= commands_waiting_max;  // the next command has to be one with changed outputs
   return is_full || (waiting_ > 0 && now - sent_at_ > command_wait_usual);
 }
 

@@ -1,5 +1,5 @@
-// What each contactor has been through: the wear that decides when it is replaced. Counted when commanded; current as
-// known at that moment.
+// Wear of each contactor, which decides when it is replaced. Counted when commanded, with the current that is known at
+// that instant.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace bmu {
 struct ContactorWear {
   std::uint32_t closings = 0;
   std::uint32_t openings = 0;
-  std::uint32_t openings_under_load = 0;   // more than a small current, or one nobody knew
+  std::uint32_t openings_under_load = 0;   // above small_current_mA, or with an unknown current
   std::int32_t current_broken_max_mA = 0;  // the largest of those, as a magnitude
   std::int64_t current_broken_sum_mA = 0;
 
@@ -25,14 +25,14 @@ using ContactorLedgerEntries = std::array<ContactorWear, contactor_id_count>;
 
 class ContactorLedger {
  public:
-  /// Before the first command: what a former life has counted.
+  /// Counts of the previous sessions; call before the first command().
   void restore(const ContactorLedgerEntries& entries) { entries_ = entries; }
-  /// What is commanded from now on. True if anything was counted.
+  /// Takes over the commanded outputs. True if anything was counted.
   bool command(const ContactorOutputs& outputs, const Measured<std::int32_t>& current_mA);
 
   [[nodiscard]] const ContactorLedgerEntries& entries() const { return entries_; }
-  /// What flowed when the first of the main contactors was last commanded open: what it had to break. What flows when
-  /// the other follows is what is left after that.
+  /// Current when the first of the main contactors was last commanded open, which it had to break. The other one
+  /// follows with the current that remains after that.
   [[nodiscard]] const Measured<std::int32_t>& broken_mA() const { return broken_mA_; }
 
  private:

@@ -1,43 +1,43 @@
-// Negative, precharge, positive; and the two ways back: the orderly one, and the one that needs nothing.
+// Contactor sequence: negative, precharge, positive; and the two ways back: ramped down, and unconditional.
 //
-//        wish, may close      contact there,       link at the pack's        contact there
+//        request, may close   contact there,       link at the pack's        contact there
 //   open ------------> main_negative -----> precharge -----------> main_positive -----> closed
 //    ^                      |    link is not    |    voltage, current     | link there     |
-//    |                      |    at the pack's  |    has fallen           |                | wish over
+//    |                      |    at the pack's  |    has fallen           |                | request ended
 //    |                      |                   |                         |                v
 //    +----------------------+-------------------+-------------------------+---------- ramp_down --grace--> breaking
 //    |                                                                                     |                  |
 //    +-------------------------------------------------------------- current is small -----+------- gap ------+
 //
-// Without permission every phase ends in open, in the very tick in which the permission ends.
+// Without permission every phase ends in open, in the same tick in which the permission ends.
 //
-// Closing: each step waits for the contacts' own word, not for a time, and needs everything that closing needs, not
-// only what a closed pack may stay closed with. Precharge is measured, in a window of time: the link must follow the
-// pack and the current must have fallen; a link that follows at once is no link, one that never does hides a short or a
-// load. The pack is closed when link and pack have been seen together since main positive was seen to close. A phase
-// that does not get on within the time-out opens.
+// Closing: each step waits for the feedback of the contacts, not for a time, and needs everything that closing needs,
+// not only the conditions for a closed pack to stay closed. Precharge is measured, in a window of time: the DC link
+// must follow the pack and the current must have fallen; a DC link that follows immediately is not connected, one that
+// never does indicates a short circuit or a load. The pack is closed when DC link and pack have been seen together
+// since main positive was seen to close. A phase that does not advance within the timeout opens.
 //
-// Two voltages are compared only if both are the sensor's and were taken in the phase that they speak of. What grants a
-// step, loses the link or shows a weld was taken at one instant, or the pack's behind the link's; a precharge is too
-// fast also by a pack's that stood still. The sum of the cells is of another instant, of up to a poll cycle before: it
-// may forbid a step, and never grants one.
+// Two voltages are compared only if both are the sensor's and were sampled in the phase that they are evidence for. To
+// grant a step, or to detect a lost DC link or a weld, both must be of one instant, or the pack's later than the DC
+// link's; a precharge is too fast also by an earlier pack voltage that stood still. The sum of the cells is of another
+// instant, up to a poll cycle before: it may inhibit a step, and never grants one.
 //
-// With main negative alone nothing may reach the link: one that follows the pack is charged through a welded main
-// positive, whatever its auxiliary contact says. A rest of charge shows there, too, where the sensor measures against
-// the pack's minus and sees the link with main negative only: it is less than the pack's voltage, and soon after an
-// opening, where it need not be, is waited for.
+// With main negative alone nothing may charge the DC link: one that follows the pack is charged through a welded main
+// positive, whatever its auxiliary contact reports. A residual charge is measured there, too, where the sensor measures
+// against the pack's minus and sees the DC link with main negative only: it is less than the pack's voltage, and soon
+// after an opening, where it need not be, the sequence waits for it to decay.
 //
-// Opening because nobody asks any more: the current is asked to zero and has `zero_current_grace` for it. If it still
-// flows then, one contactor breaks it, the one whose arc chute is built for that direction: main positive while
-// discharging, while charging the charge contactor where it is closed, else main negative. The others follow without
-// load, one gap later. A charging plug that is pulled gets no grace, as its contacts part under what still flows: the
-// current is broken in the tick in which its line ends.
+// Opening because the request ended: a current of zero is requested and has `zero_current_grace` for it. If current
+// still flows then, one contactor breaks it, the one that has its arc chute built for that direction: main positive
+// while discharging, while charging the charge contactor where it is closed, else main negative. The others follow
+// without load, one gap later. A charging plug that is pulled gets no grace, as its contacts part under the current
+// that still flows: the current is broken in the tick in which its input ends.
 //
-// The charge contactor sits between link and charger. It closes behind a closed pack for a charger that is there and
+// The charge contactor is between DC link and charger. It closes after the pack, for a charger that is connected and
 // may charge, and opens in the tick in which either ends.
 //
-// Everything here is constexpr; what must never happen is asserted over all phases at the end of this file, and a test
-// walks through every combination of phases, inputs and times.
+// Everything here is constexpr; forbidden states are asserted over all phases at the end of this file, and a test walks
+// through every combination of phases, inputs and times.
 #pragma once
 
 #include <algorithm>
@@ -54,7 +54,7 @@ namespace bmu {
 struct SequenceStep {
   SequenceState state;
   ContactorOutputs outputs;
-  PrechargeFailure precharge_failure = PrechargeFailure::none;  // this step gave up, and why
+  PrechargeFailure precharge_failure = PrechargeFailure::none;  // reason for which this step aborted
 };
 
 [[nodiscard]] constexpr ContactorOutputs breaking_outputs(const SequenceState& state) {
@@ -84,35 +84,36 @@ struct SequenceStep {
   return in.is_measured && are_taken_together_since(since, in.pack_at, in.link_at);
 }
 
-/// Seen with main negative alone commanded: something else connects the link, or it is charged still.
+/// With main negative alone commanded the DC link follows the pack: another path connects it, or it is still charged.
 [[nodiscard]] constexpr bool follows_through_nothing(const SequenceState& state, const SequenceInputs& in,
                                                      const ContactorConfig& config) {
   return is_pair_since(state.entered_at + 1ns, in) && link_follows(in.pack_mV, in.link_mV, config);
 }
 
-/// Two samples of it, of a link that has had its time to discharge.
+/// Two such samples, of a DC link that has had its time to discharge.
 [[nodiscard]] constexpr bool is_welded(const SequenceState& state, const SequenceInputs& in,
                                        const ContactorConfig& config) {
   const bool is_second = state.suspected_at != TimePoint{} && in.link_at > state.suspected_at;
   return state.must_be_discharged && is_second && follows_through_nothing(state, in, config);
 }
 
-/// From when on a sample may grant a step: the contacts had `settle` and were seen where they are commanded. A slow
-/// contact makes after `settle`, and a sample from between the two would still be fresh when the contacts have settled.
+/// Earliest time of a sample that may grant a step: the contacts had `settle` and were seen where they are commanded. A
+/// slow contact closes after `settle`, and a sample from between the two would still be fresh when the contacts have
+/// settled.
 [[nodiscard]] constexpr TimePoint evidence_since(const SequenceState& state, const SequenceInputs& in,
                                                  const ContactorConfig& config) {
   return std::max(state.entered_at + config.settle, in.contacts_since);
 }
 
-/// Seen after main negative closed: the link is by itself.
+/// Sampled after main negative closed: the DC link is isolated.
 [[nodiscard]] constexpr bool is_by_itself(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
   return is_pair_since(evidence_since(state, in, config), in) && !link_follows(in.pack_mV, in.link_mV, config) &&
          !link_follows(in.cells_mV, in.link_mV, config);
 }
 
-/// The link follows and the current has fallen, all seen after the precharge contactor closed: what was measured before
-/// says nothing about this precharge.
+/// The DC link follows and the current has fallen, all sampled after the precharge contactor closed: earlier samples
+/// are no evidence for this precharge.
 [[nodiscard]] constexpr bool is_precharged(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
   const TimePoint since = evidence_since(state, in, config);
@@ -122,11 +123,11 @@ struct SequenceStep {
          link_follows(in.cells_mV, in.link_mV, config) && current_has_fallen;
 }
 
-/// The link has left the pack while main positive is on its way. The contact makes at an instant that no sample shows,
-/// and from then on a current may move both voltages: a link sample from before it and a pack sample from after it, or
-/// the other way round, say nothing about each other. So the link sample is of this phase, and it counts as away from
-/// the pack once it is away from the pack samples on both sides of it. Of two results that come together the later one
-/// decides.
+/// The DC link has left the pack while main positive is closing. The contact closes at an instant that no sample shows,
+/// and from then on a current may change both voltages: a DC link sample from before it and a pack sample from after
+/// it, or the other way round, are not comparable. So the DC link sample is of this phase, and it counts as away from
+/// the pack once it is away from the pack samples on both sides of it. Of two results that are received together the
+/// later one decides.
 [[nodiscard]] constexpr bool has_lost_link(const SequenceState& state, const SequenceInputs& in,
                                            const ContactorConfig& config) {
   const bool is_of_this_phase = in.link_at > state.entered_at;
@@ -136,14 +137,14 @@ struct SequenceStep {
   return in.is_measured && is_of_this_phase && is_enclosed && is_away;
 }
 
-/// Main positive is seen to conduct: link and pack agree after it closed. Voltages from before it say
-/// nothing about the contact that the load will flow through.
+/// Main positive conducts: DC link and pack agree after it closed. Earlier voltages are no evidence for the contact
+/// that the load will flow through.
 [[nodiscard]] constexpr bool is_joined(const SequenceState& state, const SequenceInputs& in,
                                        const ContactorConfig& config) {
   return is_pair_since(evidence_since(state, in, config), in) && link_follows(in.pack_mV, in.link_mV, config);
 }
 
-/// The least time this precharge may take: less for a link that still held a part of the voltage.
+/// Minimum duration of this precharge: shorter for a DC link that still held a part of the voltage.
 [[nodiscard]] constexpr Duration precharge_min(const SequenceState& state, std::int32_t pack_mV,
                                                const ContactorConfig& config) {
   const std::int64_t done_mV = std::int64_t{pack_mV} - link_apart_max_mV(pack_mV, config);
@@ -152,10 +153,10 @@ struct SequenceStep {
   return missing_mV >= done_mV ? config.precharge_min : config.precharge_min * missing_mV / done_mV;
 }
 
-/// The link followed before the resistor can have charged it: a contactor is welded, or there is no link. On a bus with
-/// many modules their answers may come between the two results of an instant, and the next pair half a period later. A
-/// pack voltage of this phase that is older than the link's stands for that instant, too, where it has not moved: where
-/// the link follows the sample before it as well.
+/// The DC link followed before the resistor can have charged it: a contactor is welded, or no DC link is connected. On
+/// a bus with many modules their answers may arrive between the two results of an instant, and the next pair half a
+/// period later. A pack voltage of this phase that is older than the DC link's also counts for that instant if it has
+/// not moved: if the DC link follows the sample before it as well.
 [[nodiscard]] constexpr bool is_too_fast(const SequenceState& state, const SequenceInputs& in,
                                          const ContactorConfig& config) {
   const TimePoint since = state.entered_at + 1ns;
@@ -166,7 +167,7 @@ struct SequenceStep {
          link_follows(in.pack_mV, in.link_mV, config);
 }
 
-/// More current than the resistor lets through into anything but a short.
+/// More current than the resistor admits into anything but a short circuit.
 [[nodiscard]] constexpr bool is_overcurrent(const SequenceState& state, const SequenceInputs& in,
                                             const ContactorConfig& config) {
   const std::int64_t magnitude_mA = in.current_mA < 0 ? -std::int64_t{in.current_mA} : in.current_mA;
@@ -174,7 +175,7 @@ struct SequenceStep {
          magnitude_mA > config.precharge_overcurrent_mA;
 }
 
-/// What ends a precharge badly. One sample beyond the current is a suspicion, a second one a fact.
+/// Reason for which a precharge fails. An overcurrent takes two samples.
 [[nodiscard]] constexpr PrechargeFailure precharge_failure(const SequenceState& state, const SequenceInputs& in,
                                                            const ContactorConfig& config) {
   const bool is_second = state.suspected_at != TimePoint{} && in.current_at > state.suspected_at;
@@ -184,7 +185,7 @@ struct SequenceStep {
   return gives_up ? PrechargeFailure::too_slow : PrechargeFailure::none;
 }
 
-/// Who breaks the current when it does not end by itself.
+/// Contactor that breaks the current if it does not end by itself.
 [[nodiscard]] constexpr ContactorId breaker_of(const SequenceState& state, std::int32_t current_mA) {
   if (current_mA >= 0) return ContactorId::main_positive;
   return state.is_charge_closed ? ContactorId::charge : ContactorId::main_negative;
@@ -230,7 +231,7 @@ struct SequenceStep {
   return state.is_charge_closed || is_ready;
 }
 
-/// When the sample was taken that makes a suspicion in this phase; zero: there is none.
+/// Time of a bad sample of this phase, the first sign of a failure; zero: there is none.
 [[nodiscard]] constexpr TimePoint suspicion_at(const SequenceState& state, const SequenceInputs& in,
                                                const ContactorConfig& config) {
   const bool follows = state.phase == Phase::main_negative && follows_through_nothing(state, in, config);
@@ -238,7 +239,7 @@ struct SequenceStep {
   return state.phase == Phase::precharge && is_overcurrent(state, in, config) ? in.current_at : TimePoint{};
 }
 
-/// Why a closing that was wanted and permitted is given up with this step.
+/// Reason for which a requested and permitted closing is aborted in this step.
 [[nodiscard]] constexpr PrechargeFailure failure_of(const SequenceState& state, const SequenceInputs& in,
                                                     const ContactorConfig& config) {
   if (!in.close_wanted || !in.close_permitted) return PrechargeFailure::none;
@@ -255,7 +256,7 @@ struct SequenceStep {
   return PrechargeFailure::none;
 }
 
-/// One tick. Without permission the outputs are all open in the same tick, from every phase.
+/// Executes one tick. Without permission the outputs are all open in the same tick, from every phase.
 [[nodiscard]] constexpr SequenceStep step(const SequenceState& state, const SequenceInputs& in,
                                           const ContactorConfig& config) {
   const Phase phase = next_phase(state, in, config);
@@ -281,7 +282,7 @@ namespace detail {
 
 [[nodiscard]] consteval bool positive_never_without_negative() {
   for (const Phase phase : all_phases) {
-    if (phase == Phase::breaking) continue;  // there one of the two is on its way out
+    if (phase == Phase::breaking) continue;  // in this phase one of the two opens first
     const ContactorOutputs outputs = outputs_for({.phase = phase});
     if (outputs.main_positive && !outputs.main_negative) return false;
   }

@@ -1,9 +1,9 @@
-// Whether the contacts do what they were told: auxiliary contacts against commands, each contactor by itself.
+// Monitor of the contactor feedback: auxiliary contacts against commands, each contactor by itself.
 //
 // A contactor has `feedback_timeout` to follow a change of its command. Once it has followed for `settle`, or that time
-// is over, a word against the command is disobedience, which the fault table believes as soon as it has lasted a tick:
-// a main contact that opens by itself and closes again would connect the pack to a link that has lost its charge, past
-// the precharge. Words from before the command say nothing about it.
+// has elapsed, a status against the command is a feedback mismatch, which the fault table confirms as soon as it has
+// lasted a tick: a main contact that opens by itself and closes again would connect the pack to a DC link that has lost
+// its charge, bypassing the precharge. A status from before the command is ignored.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace bmu {
 
-/// The first contactor of each kind that disobeys: 1 + ContactorId, 0 for none.
+/// The first contactor of each kind with a feedback mismatch: 1 + ContactorId, 0 for none.
 struct Disobedience {
   std::uint8_t not_following = 0;  // open, and should be closed
   std::uint8_t welded = 0;         // closed, and should be open
@@ -24,15 +24,16 @@ struct Disobedience {
 
 class ContactorWatch {
  public:
-  /// Everything is commanded open from `started_at` on: contacts that another life left closed have their time, too.
+  /// All contactors are commanded open from `started_at` on: contacts that the previous session left closed have their
+  /// time, too.
   void init(TimePoint started_at);
-  /// What is commanded from `now` on; called every tick, whether it has changed or not.
+  /// Takes over the outputs commanded from `now` on; called every tick, whether they have changed or not.
   void command(const ContactorOutputs& outputs, TimePoint now);
-  /// Judges the unit's latest word, which the caller found to be fresh.
+  /// Compares the latest PDU state with the commands. Precondition: the state is fresh.
   [[nodiscard]] Disobedience disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
-  /// Every contactor has followed its command, and has done so for `settle`.
+  /// Every contactor follows its command, and has done so for `settle`.
   [[nodiscard]] bool is_settled() const;
-  /// When the last contactor was seen to follow its command: samples from before say nothing about what is commanded.
+  /// When the last contactor was seen to follow its command: earlier samples are not valid for the commanded state.
   /// Meaningful while all are settled.
   [[nodiscard]] TimePoint obeying_since() const;
 

@@ -17,9 +17,9 @@
 //               included: of two daemons one receives the other's frame before the echo of its own frame, and loses.
 //   held        A second master's frame is a fault (foreign_master, which opens), except for the frames that the loser
 //               sent before it received the winner's: they are ignored for two periods of CONTACTOR_COMMAND after the
-//               echo. A resting master (rest_mode.hpp) is silent for up to its look_every, so another daemon may have
-//               listened and started meanwhile: the resting one, whose contactors are open, gives way. At the end of a
-//               rest it proves its claim as after listening.
+//               echo. A sleeping master (rest_mode.hpp) is silent for up to its look_every, so another daemon may have
+//               listened and started meanwhile: the sleeping one, with its contactors open, gives way. When it wakes it
+//               proves its claim as after listening.
 //
 // The claim is kept by sending. After its port was down, or the loop stalled, for as long as the PDU waits before it
 // opens (claim_lapse), a second master may be there, and this one listens again. A reload with unchanged ports does
@@ -73,8 +73,8 @@ inline constexpr Duration claim_ignore_for = 2 * internal_bus::contactor_command
 /// Timeout of the PDU: it opens when it has received no command for this long.
 inline constexpr Duration claim_lapse = 200ms;
 
-/// The longest silence of an awake master of this pack on the internal bus: CONTACTOR_COMMAND comes every 50 ms;
-/// without a PDU only POLLs come, at the slowest pace.
+/// The longest silence of an awake master of this pack on the internal bus: CONTACTOR_COMMAND is sent every 50 ms;
+/// without a PDU only POLL is sent, at the slowest poll rate.
 [[nodiscard]] constexpr Duration master_silence_max(const CoreConfig& config) {
   if (config.contactors.has_pdu) return internal_bus::contactor_command.period;
   return std::max(config.poll.period, config.poll.parked_period);
@@ -111,13 +111,13 @@ class MasterClaim {
   }
 
   /// The loop stalled for `gap`, until `now`: nothing was sent, and frames received meanwhile were discarded. A held
-  /// claim outlives a short one, since the contactors may have to be opened by a frame at once.
+  /// claim is kept over a short one, since the contactors may have to be opened by a frame immediately.
   void note_gap(Duration gap, TimePoint now) {
     const bool goes_on = stage_ == ClaimStage::held && gap < claim_lapse;
     if (is_there() && !is_lost() && !goes_on) listen_from(now);
   }
 
-  /// Once per tick, before anything is sent. Not called while the daemon shuts down.
+  /// Called once per tick, before anything is sent. Not called while the daemon shuts down.
   void step(TimePoint now) {
     keeps_ports_ = false;
     if (is_listening() && now >= quiet_until_[index_of(Port::internal)]) stage_ = ClaimStage::proving;
@@ -142,7 +142,7 @@ class MasterClaim {
     proved_at_ = at;
   }
 
-  /// End of a rest, in which nothing was sent.
+  /// End of a sleep, in which nothing was sent.
   void wake() {
     if (is_there() && stage_ == ClaimStage::held) stage_ = ClaimStage::proving;
   }
@@ -166,8 +166,8 @@ class MasterClaim {
  private:
   [[nodiscard]] static constexpr std::size_t index_of(Port port) { return static_cast<std::size_t>(port); }
   [[nodiscard]] bool is_there() const { return length_ > Duration{}; }
-  /// A bus that was down for less than the PDU waits is back before another start can have listened, and the contactors
-  /// may have to be opened by a frame at once.
+  /// A bus that was down for less than the PDU timeout is up again before another start can have listened, and the
+  /// contactors may have to be opened by a frame immediately.
   void note_bus(bool is_up, TimePoint at) {
     is_bus_up_ = is_up;
     if (is_lost()) return;

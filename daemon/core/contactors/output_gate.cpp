@@ -25,12 +25,12 @@ MessageMatch find_row(Port port, const CanFrame& frame, const GateRules& rules) 
     return (rules.modules == nullptr ? internal_bus::catalogue : internal_bus::catalogue_without_modules)
         .find(frame.id);
   }
-  if (port != Port::vehicle) return {};  // there we only listen
-  // The vehicle rows stand at their default identifiers; the configured base moves them.
+  if (port != Port::vehicle) return {};  // receive only
+  // The vehicle rows have their default identifiers; the configured base shifts them.
   return row_of(rules.dialect).catalogue->find(frame.id - rules.vehicle_base_id + vehicle_bus::default_base_id);
 }
 
-/// The row of cyclic cell data, at whichever identifier it is sent; null: it is none.
+/// The row of the cyclic cell data with this identifier; null: none.
 const MessageSpec* cell_data_row(const CanFrame& frame, const GateRules& rules) {
   if (frame.id == 0) return nullptr;
   if (frame.id == rules.cell_voltages_id) return &cell_data::voltages;
@@ -56,14 +56,14 @@ GateVerdict judge_charger(const CanFrame& frame, const GateRules& rules) {
   for (std::size_t unit = 0; unit < rules.ordered_mA.size(); ++unit) {
     if (unit != command->unit) together_mA += rules.ordered_mA[unit];
   }
-  // Less than before is never too much, whatever the others have not been told yet.
+  // Less than before is never too much, even if the other units have not received their commands yet.
   const bool is_less = order.current_mA <= rules.ordered_mA[command->unit];
   const bool is_bounded =
       (is_less || together_mA <= rules.charge_current_mA) && order.voltage_mV <= rules.charge_voltage_mV;
   return rules.may_charge && is_bounded ? GateVerdict::pass : GateVerdict::not_permitted;
 }
 
-/// What is not in the frame is not allowed by it.
+/// A field that is not in the frame counts as not permitted by it.
 GateVerdict judge_inverter(const CanFrame& frame, const GateRules& rules) {
   if (rules.inverter == nullptr) return GateVerdict::not_ours;
   BatteryReport told{.discharge_voltage_limit_mV = rules.inverter_discharge_voltage_mV};
@@ -94,7 +94,7 @@ GateVerdict judge_sensor(const SetUpOrder& order, const GateRules& rules) {
   return rules.may_store_in_sensor ? GateVerdict::pass : GateVerdict::not_permitted;
 }
 
-/// A second sensor is asked, and told nothing else.
+/// A second sensor is only read, never configured.
 GateVerdict judge_second_sensor(const CanFrame& frame, const GateRules& rules) {
   CanFrame as_delivered = frame;
   as_delivered.id = rules.sensor->command_id;
@@ -103,7 +103,7 @@ GateVerdict judge_second_sensor(const CanFrame& frame, const GateRules& rules) {
   return order->kind == SetUpOrderKind::read ? GateVerdict::pass : GateVerdict::not_permitted;
 }
 
-/// A question, and just as its language has it: what else its bytes could say is none of ours.
+/// A poll, exactly as the driver builds it: any other content of its bytes is not sent by this node.
 GateVerdict judge_question(const CanFrame& frame, const ModuleQuestion& question, const GateRules& rules) {
   if (frame != rules.modules->ask(question, rules.module_round, rules.module_options)) return GateVerdict::malformed;
   const bool bleeds_as_decided = !question.bleed_above_uV || question.bleed_above_uV == rules.bleed_above_uV;

@@ -85,7 +85,7 @@ bool forbids(const FaultMemory& faults, Concerns direction) {
 
 namespace {
 
-/// Any row that holds.
+/// Whether `holds` is true for any row.
 template <class Holds>
 bool any_row(Holds holds) {
   return std::any_of(fault_table().begin(), fault_table().end(), holds);
@@ -147,17 +147,17 @@ Permission evaluate_permission(const PermissionInputs& inputs, const PackState& 
   block_if(!inputs.precharge_is_cool, Blocker::precharge_hot);
   block_if(inputs.now < inputs.locked_out_until, Blocker::locked_out);
   permission.may_close = permission.blockers.empty();
-  // The resistor warms up while it is used: what it may bear is watched by its own guard then.
+  // The resistor heats up while it is used: PrechargeGuard limits its heat then.
   permission.may_advance = std::all_of(permission.blockers.begin(), permission.blockers.end(), [](Blocker blocker) {
     return blocker == Blocker::not_qualified || blocker == Blocker::precharge_hot;
   });
-  // A closed pack rides through what a fault's confirm time allows: one missed poll, one bad sample. The faults that
-  // watch those have their own clocks; what is left here has none.
+  // A closed pack tolerates disturbances within a fault's confirm time: one missed poll, one bad sample. The faults
+  // that monitor those have their own debounce times; the conditions here have none.
   permission.may_stay_closed = inputs.may_command && inputs.internal_bus_up && inputs.pdu_fresh && !inputs.is_resting &&
                                !any_demands_opening(faults, pack, inputs, config);
-  // What only refuses to close leaves a closed pack alone. One that is half closed is not: it opens, and does not wait.
-  // Nor for a module that has just forgotten our limits: it has restarted, and the time-out of the precharge would only
-  // tell of a precharge that was too slow.
+  // A fault that only refuses to close does not open a closed pack. A closing in progress is aborted by it, without a
+  // wait, and also by a module that has just lost the cell limits: it has restarted, and the precharge timeout would
+  // only report a precharge that was too slow.
   permission.may_go_on = permission.may_stay_closed && !any_present(faults, inputs, config) && inputs.modules_set_up;
   permission.may_charge =
       permission.may_stay_closed && !forbids_current(faults, pack, inputs.now, Concerns::charge, config);

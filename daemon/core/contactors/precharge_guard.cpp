@@ -33,10 +33,10 @@ void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured
   if (!was_precharging_) this_try_uJ_ = 0;
   if (was_precharging_ && !is_precharging) last_try_uJ_ = this_try_uJ_;
   was_precharging_ = is_precharging;
-  // Rounded down it would never cool within short ticks; the cool-down is seconds, the budget joules.
+  // A rate rounded down to zero would never cool within short ticks; the cool-down is seconds, the budget joules.
   const std::int64_t cooled_uJ =
       budget_uJ_ / std::max<std::int64_t>(to_ms(config_.precharge_cool_down), 1) * to_ms(span);
-  // A voltage that is not known counts as all of it: the resistor may be warmer than anybody sees.
+  // If the voltages are unknown, all of the pack voltage counts: the resistor may be warmer than measured.
   const std::int64_t across_mV = is_measured ? std::int64_t{pack_mV} - link_mV : pack_mV;
   const std::int64_t heated_uJ =
       is_precharging ? energy_uJ(across_mV, config_.precharge_resistance_Ohm, span) : std::int64_t{0};
@@ -74,7 +74,7 @@ void PrechargeGuard::forget_tries() {
 }
 
 bool PrechargeGuard::is_cool() const {
-  // A try that took all it bears, and more, may be repeated from cold: it ends where the budget does.
+  // An attempt that used the whole budget, or more, may be repeated from cold: it ends at the budget.
   return heat_uJ_ + std::min(last_try_uJ_, budget_uJ_) <= budget_uJ_;
 }
 

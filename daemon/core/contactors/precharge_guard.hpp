@@ -1,9 +1,10 @@
-// How often a precharge may be tried, and how warm the resistor may get.
+// Limits for the number of precharge attempts and for the heat in the precharge resistor.
 //
-// A precharge that was too slow is tried again after a cool-down, a few times, before it is a fault; one that was too
-// fast or drew too much is a fault at once. Beside the count the heat in the resistor is kept, from the voltage across
-// it: E = integral of (pack - link)^2 / R, against what it bears; it gives that much off in one cool-down. Nobody may
-// begin a precharge that would, if it goes like the last one, be too much.
+// A precharge that was too slow is attempted again after a cool-down, a few times (`precharge_tries`), before it is a
+// fault; one that was too fast or drew too much current is a fault immediately. Beside the count the heat in the
+// resistor is kept, from the voltage across it: E = integral of (pack - link)^2 / R, compared with its rated energy; it
+// dissipates that much in one cool-down. No precharge may start that would exceed the rated energy if it takes as much
+// as the last one.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace bmu {
 
-/// What outlives a process. Nobody knows how long it was away, so none of the heat counts as given off.
+/// State kept over a restart. The downtime is unknown, so none of the heat counts as dissipated.
 struct PrechargeMemory {
   std::int64_t heat_uJ = 0;
   std::int64_t last_try_uJ = 0;
@@ -26,31 +27,32 @@ struct PrechargeMemory {
 class PrechargeGuard {
  public:
   void init(const ContactorConfig& config);
-  /// Behind init(). Tries of a former life count; its wish does not wait for the next one.
+  /// Call after init(). Attempts of the previous session count; its close request does not wait for the next one.
   void restore(const PrechargeMemory& memory);
-  /// To be remembered now; while it precharges, as if that were a try that failed and took all the resistor bears.
+  /// State to be saved now; during a precharge, as if it were a failed attempt that used all the rated energy.
   [[nodiscard]] PrechargeMemory memory(bool is_precharging) const;
-  /// Once a tick, with the voltages if they are known: heats while the precharge contactor is commanded, cools always.
+  /// Called once per tick, with the voltages if they are known: heats while the precharge contactor is commanded,
+  /// always cools.
   void update(TimePoint now, bool is_precharging, bool is_measured, std::int32_t pack_mV, std::int32_t link_mV);
-  /// A precharge ended. Returns the failure that is a fault now; none while there is another try.
+  /// Handles the end of a precharge. Returns the failure that is a fault now; none while another attempt follows.
   PrechargeFailure note_end(PrechargeFailure failure);
-  /// Somebody has cleared the fault: the tries begin anew. The heat does not.
+  /// Resets the attempts after the fault was cleared. The heat is kept.
   void forget_tries();
 
-  /// The resistor bears another try like the last one.
+  /// The resistor can absorb another attempt like the last one.
   [[nodiscard]] bool is_cool() const;
-  /// More heat than the resistor bears, right now.
+  /// The heat exceeds the rated energy at present.
   [[nodiscard]] bool is_overheated() const { return heat_uJ_ > budget_uJ_; }
-  /// Waiting for the next of several tries; the wish to close waits with it.
+  /// Waiting for the next of several attempts; the close request waits as well.
   [[nodiscard]] bool is_retrying() const { return is_retrying_; }
   [[nodiscard]] std::uint8_t tries_failed() const { return tries_failed_; }
-  /// Nothing is left to give off.
+  /// No heat is left to dissipate.
   [[nodiscard]] bool is_cold() const { return heat_uJ_ == 0; }
   [[nodiscard]] std::int64_t heat_mJ() const { return heat_uJ_ / 1'000; }
 
  private:
   ContactorConfig config_;
-  std::int64_t budget_uJ_ = 0;  // 0: not watched, and no heat is counted
+  std::int64_t budget_uJ_ = 0;  // rated energy; 0: not monitored, and no heat is counted
   std::int64_t heat_uJ_ = 0;
   std::int64_t this_try_uJ_ = 0;
   std::int64_t last_try_uJ_ = 0;

@@ -29,7 +29,7 @@ bool RestMode::step(const RestInputs& in) {
 }
 
 RestPhase RestMode::next(const RestInputs& in, bool is_woken) const {
-  // Charged and cleared while looking, or never in need of rest: awake.
+  // Woken, charged and cleared while looking, or never in undervoltage: awake.
   if (is_woken || !in.is_undervoltage) return RestPhase::awake;
   const Duration since = in.now - since_;
   if (phase_ == RestPhase::resting) return since >= config_.look_every ? RestPhase::looking : RestPhase::resting;

@@ -1,13 +1,12 @@
-// After an undervoltage the pack has nothing left to give away, not even to those who watch it (BMS_F.9): once it has
-// been open and alone for a while its modules are sent to sleep, and only looked at now and then.
+// Sleep after an undervoltage: the pack has no charge left, not even for the modules that monitor it (BMS_F.9). Once it
+// has been open and was not woken for `after`, its modules are put to sleep and only checked every `look_every`.
 //
-//   awake --undervoltage, open, nobody there, for `after`--> resting --`look_every`--> looking --seen, or 2 s-->
-//   resting
-//     ^                                                         |                        |
-//     +------- resume button, charger, vehicle, command --------+------------------------+
+//   awake --undervoltage, open, no wake-up, for `after`--> resting --`look_every`--> looking --seen, or 2 s--> resting
+//     ^                                                       |                        |
+//     +------ resume button, charger, vehicle, command -------+------------------------+
 //
-// While resting nothing is polled or reported and nothing may close; silence of the modules is no fault then. Looking
-// is as awake, with the modules up, but for a moment.
+// While resting nothing is polled or reported and the pack may not close; missing answers of the modules are no fault
+// then. Looking is as awake, with the modules up, but for 2 s at most.
 #pragma once
 
 #include <cstdint>
@@ -25,10 +24,10 @@ enum class RestPhase : std::uint8_t { awake, resting, looking };
 
 struct RestInputs {
   TimePoint now{};
-  bool is_undervoltage = false;  // the fault is present
-  bool is_open = false;          // everything commanded open
+  bool is_undervoltage = false;  // an undervoltage fault is confirmed
+  bool is_open = false;          // all contactors are commanded open
   bool has_complete_view = false;
-  // Lines as they stand. Button and vehicle wake by their rising edge, a charger by being there.
+  // Levels of the inputs. Button and vehicle wake by their rising edge, a charger by being connected.
   bool resume_button = false;
   bool charger_connected = false;
   bool vehicle_on = false;
@@ -37,9 +36,9 @@ struct RestInputs {
 class RestMode {
  public:
   void init(const RestConfig& config) { config_ = config; }
-  /// One tick. True if the phase changed.
+  /// Called once per tick. True if the phase changed.
   bool step(const RestInputs& in);
-  /// Somebody asks by command.
+  /// Wakes by command of an operator, in the next step().
   void wake() { is_wake_wanted_ = true; }
 
   [[nodiscard]] RestPhase phase() const { return phase_; }
@@ -54,7 +53,7 @@ class RestMode {
   RestConfig config_;
   RestPhase phase_ = RestPhase::awake;
   TimePoint since_{};
-  TimePoint alone_since_{};  // zero: not alone, or nothing to rest for
+  TimePoint alone_since_{};  // zero: woken, not open, or no undervoltage
   bool is_wake_wanted_ = false;
   bool was_button_ = false;
   bool was_vehicle_ = false;

@@ -12,17 +12,18 @@ namespace bmu {
 namespace {
 
 constexpr double all_permille = 1'000.0;
-/// Of what a resistor took: its own tolerance, and the voltage's while it was on.
+/// Uncertainty of bled charge, one part in this many: the tolerance of the resistor, and of the voltage while it was
+/// on.
 constexpr std::int64_t bled_share = 20;
-/// What a former load left behind is by then an eighth of itself, and most of that the same in all cells.
+/// The polarisation of an earlier load is by then an eighth of itself, and most of that is the same in all cells.
 constexpr double time_constants = 2.0;
 constexpr double seconds_per_month = 30.0 * 86'400.0;
-/// Of a worn cell's resistance to that of its file.
+/// Ratio of a worn cell's resistance to that of its file.
 constexpr double worn_factor = 2.0;
-/// A record that says more than this many capacities is none.
+/// A record with more than this many capacities is invalid.
 constexpr std::int64_t capacities_max = 2;
 
-/// What of this resistance's voltage is left after a time, in uV.
+/// Voltage that remains of this resistance's polarisation after a time, in uV.
 double left_uV(double resistance_Ohm, double time_constant_s, double current_mA, double after_s) {
   constexpr double uV_per_mV = 1e3;
   const double part = time_constant_s > 0.0 ? std::exp(-after_s / time_constant_s) : 0.0;
@@ -79,7 +80,7 @@ void CellChargeBook::init(const CoreConfig& config) {
   }
 }
 
-// --- a former life --------------------------------------------------------------------------------------------------
+// --- restored charges -----------------------------------------------------------------------------------------------
 
 bool CellChargeBook::is_of_this_pack(const CellChargeRecords& records) const {
   if (records.capacity_uAs != cell_.capacity_uAs) return false;
@@ -97,7 +98,7 @@ bool CellChargeBook::is_of_this_pack(const CellChargeRecords& records) const {
          });
 }
 
-/// What was bled unrecorded is between nothing and `unrecorded_uAs_`.
+/// The charge bled after the last record is unknown: between zero and `unrecorded_uAs_`.
 void CellChargeBook::restore(const CellChargeRecords& records) {
   if (records.unix_time_ms == 0) return;
   if (!is_of_this_pack(records)) return drop(FormerBook::foreign);
@@ -121,7 +122,7 @@ void CellChargeBook::drop(FormerBook reason) {
   lines_.fill({});
 }
 
-/// Its age only grows, however the clock is set.
+/// The age of the restored charges only grows, however the wall clock is set.
 void CellChargeBook::follow_clock(std::int64_t unix_time_ms) {
   unix_time_ms_ = unix_time_ms;
   if (!is_former() || unix_time_ms < former_unix_time_ms_) return;
@@ -158,7 +159,7 @@ bool CellChargeBook::are_all_identified() const {
   return std::all_of(modules.begin(), modules.end(), [](const Module& module) { return module.is_identified; });
 }
 
-/// How far a voltage may be from that of a rest, if before it any current may have flowed.
+/// Maximum deviation of a voltage from that of a rest, if any current may have flowed before.
 double CellChargeBook::unrested_error_uV(const Measured<std::int32_t>& current_mA) const {
   const double now_mA = current_mA.is_valid() ? std::abs(current_mA.value) : current_max_mA_;
   const bool is_resting = resting_since_ != TimePoint{};
@@ -170,7 +171,7 @@ double CellChargeBook::unrested_error_uV(const Measured<std::int32_t>& current_m
                         left_uV(cell_.slow_rc_resistance_Ohm, cell_.slow_rc_time_constant_s, before_mA, rested_s));
 }
 
-/// By how much all lines may be off, so that each cell can have its voltage; least above most: none does.
+/// Range of a common offset of all entries with which each cell can have its voltage; least above most: there is none.
 CellChargeBook::Range CellChargeBook::offset(const ModuleTable& modules, double error_uV) const {
   constexpr double no_bound = std::numeric_limits<double>::infinity();
   const auto capacity_uAs = static_cast<double>(cell_.capacity_uAs);
@@ -199,7 +200,7 @@ void CellChargeBook::judge_former(const CellChargeInputs& in) {
   former_ = FormerBook::in_use;
 }
 
-/// Better lines cannot stand beside those whose common part is not known: all are taken over, or none.
+/// Better entries cannot be mixed with entries of unknown common offset: all of them are replaced, or none.
 void CellChargeBook::take_over_former(const ModuleTable& modules) {
   const Range range = offset(modules, voltage_error_uV);
   if (range.least_uAs > range.most_uAs) return drop(FormerBook::refused);
@@ -218,7 +219,7 @@ void CellChargeBook::take_over_former(const ModuleTable& modules) {
   }
 }
 
-/// Every cell can be learned, and the worst of them better than the worst that is known.
+/// True if every cell can be learned, and the largest uncertainty is then not above the largest present one.
 bool CellChargeBook::is_better_anew(const ModuleTable& modules) const {
   double worst_anew_uAs = 0.0;
   std::int64_t worst_known_uAs = 0;
@@ -235,7 +236,7 @@ bool CellChargeBook::is_better_anew(const ModuleTable& modules) const {
   return worst_anew_uAs <= static_cast<double>(worst_known_uAs);
 }
 
-// --- this life ------------------------------------------------------------------------------------------------------
+// --- this session ---------------------------------------------------------------------------------------------------
 
 void CellChargeBook::update(const CellChargeInputs& in) {
   now_ = in.now;
@@ -289,7 +290,7 @@ void CellChargeBook::learn_all(const ModuleTable& modules) {
       std::all_of(capacities.begin(), capacities.end(), [](const Capacity& one) { return one.is_learned; });
 }
 
-/// The least and the most that such a cell can hold.
+/// Minimum and maximum charge that a cell with this voltage can hold.
 CellChargeBook::Range CellChargeBook::held(std::int32_t voltage_uV, double error_uV) const {
   return {.least_uAs = charge_at_uAs(cell_, voltage_uV - error_uV - hysteresis_.most_uV()),
           .most_uAs = charge_at_uAs(cell_, voltage_uV + error_uV - hysteresis_.least_uV())};
@@ -302,7 +303,7 @@ bool CellChargeBook::is_learnable(const Range& held) const {
   return !is_beyond_curve && uncertainty_uAs <= capacity_uAs * learn_max_permille / all_permille;
 }
 
-/// Half of what lies between the least and the most is what is not known, of a share of a capacity that is not either.
+/// The uncertainty is half of the range between minimum and maximum, of a share of a capacity that is uncertain itself.
 CellChargeBook::Missing CellChargeBook::missing(std::size_t number, const Range& held) const {
   const auto capacity_uAs = static_cast<double>(cell_.capacity_uAs);
   const Capacity& capacity = capacities_[number];
@@ -313,7 +314,7 @@ CellChargeBook::Missing CellChargeBook::missing(std::size_t number, const Range&
           .uncertainty_uAs = error * (capacity.uAs + capacity_error_uAs) + share * capacity_error_uAs};
 }
 
-/// Beside one that nobody has measured, the sensor's gain makes a difference.
+/// The sensor's gain error counts for a measured capacity as long as those of other cells are not measured.
 double CellChargeBook::capacity_error_uAs(const Capacity& capacity) const {
   const bool shares_gain = !capacity.is_learned || knows_all_capacities_;
   return capacity.error_uAs + (shares_gain ? 0.0 : capacity.uAs * current_gain_permille / all_permille);
@@ -344,7 +345,7 @@ void CellChargeBook::learn_capacity(std::size_t number, const Range& held) {
   const double found_error_uAs = (found_uAs * (now.error + then.error) + error_uAs) / apart;
   const double off_max_uAs =
       capacity_tolerance_uAs_ + found_error_uAs + found_uAs * current_gain_permille / all_permille;
-  if (std::abs(found_uAs - capacity_uAs) > off_max_uAs) {  // no cell of this pack: not all that flowed was seen
+  if (std::abs(found_uAs - capacity_uAs) > off_max_uAs) {  // implausible: not all charge was counted
     capacity = {.uAs = capacity_uAs, .error_uAs = capacity_tolerance_uAs_};
     (now.share < half ? capacity.low : capacity.high) = now;
     return;
@@ -390,7 +391,7 @@ std::int64_t CellChargeBook::half_lost_uAs(const Line& line) const {
 }
 
 double CellChargeBook::miscounted_uAs(const Line& line, double moved_uAs, TimePoint at) const {
-  if (is_former()) return 0.0;  // all lines are of one time
+  if (is_former()) return 0.0;  // all entries are of one time
   return (moved_uAs - line.moved_uAs) * current_gain_permille / all_permille +
          current_offset_mA * 1e3 * to_s(at - line.counted_at);
 }
@@ -418,7 +419,7 @@ CellCharge CellChargeBook::cell(std::size_t number) const {
           .capacity_uAs = std::llround(capacities_[number].uAs)};
 }
 
-// --- for the next life ----------------------------------------------------------------------------------------------
+// --- for the next session -------------------------------------------------------------------------------------------
 
 bool CellChargeBook::record(CellChargeRecords& to) const {
   if (unix_time_ms_ == 0 || known_cells() != cell_count_ || !are_all_identified()) return false;
@@ -435,7 +436,7 @@ bool CellChargeBook::record(CellChargeRecords& to) const {
   return true;
 }
 
-/// What is the same for all cells says nothing: the next life would not believe it.
+/// A change that is the same for all cells is not worth a record: the next session does not use it.
 bool is_worth_recording(const CellChargeRecords& older, const CellChargeRecords& newer) {
   if (older.unix_time_ms == 0 || older.capacity_uAs != newer.capacity_uAs) return true;
   const auto step_uAs = static_cast<std::int64_t>(static_cast<double>(newer.capacity_uAs) * record_step_permille / 1e3);

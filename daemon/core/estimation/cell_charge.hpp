@@ -1,41 +1,43 @@
-// What is missing in each cell until it is full, as far as anybody can know it: a book of charge, a line a cell.
+// Charge that each cell of the pack lacks until it is full: one entry per cell, tracked from rest to rest.
 //
 //   missing(t) = missing(learned) + charge that has left the pack since + charge its own resistor has taken since
-//                + half of what it may have lost by itself
+//                + half of the charge that it may have lost by self-discharge
 //
-// A line is learned at rest (contactors open, no resistor on, current within soc/rest_current_mA, for soc/rest_ms and
-// two of the cell's slower time constants), from the open-circuit voltage, and only where the curve is steep enough
-// there: the voltage is known to `voltage_error_uV` and to what hysteresis may be by then (hysteresis_range.hpp), and
-// where that leaves more than `learn_max_permille` of the capacity either way, nothing is learned; nor beyond the ends
-// of the curve. On a flat stretch a line therefore stays what it was, or unknown. A later rest replaces it if it says
-// it better, or contradicts it: then something is not as was thought, and what was seen last counts. Afterwards the
-// pack's counter and the modules' own words about their switches keep it; what it is unsure of grows by a twentieth of
-// what was bled, and by the other half of what the cell may have lost by itself: a cell loses between nothing and
+// An entry is learned at rest (contactors open, no resistor on, current within soc/rest_current_mA, for the longer of
+// soc/rest_ms and two of the cell's slower time constants), from the open-circuit voltage, and only where the curve is
+// steep enough: the voltage has the uncertainty `voltage_error_uV` and that of the hysteresis at that time
+// (hysteresis_range.hpp). If that leaves more than `learn_max_permille` of the capacity uncertain, either way, or if
+// the voltage is beyond the ends of the curve, nothing is learned. On a flat stretch an entry therefore keeps its
+// value, or stays unknown. A later rest replaces an entry if its result is more accurate, or if it contradicts the
+// entry: then an assumption was wrong, and the latest measurement counts. Between rests the pack's counter and the
+// switch states reported by the modules update the entry; its uncertainty grows by a twentieth of the charge that was
+// bled, and by the other half of the possible self-discharge: a cell loses between nothing and
 // self_discharge_permille_per_month.
 //
-// A voltage says which share of its capacity is missing in a cell, and capacities differ: by as much as
-// balancing/capacity_tolerance_permille from that of the cell file. So a line learned near empty is unsure of nearly
-// all of that, one learned near full of nearly nothing. What has flowed between two rests of a cell far from each other
-// is its own capacity (capacity_apart_min), surer than the file's; that the sensor counts too much or too little then
-// is the same for all cells, once all have been seen so.
+// A voltage gives the share of its capacity that a cell lacks, and capacities differ: by as much as
+// balancing/capacity_tolerance_permille from that of the cell file. So the uncertainty of an entry learned near empty
+// contains nearly all of that tolerance, that of one learned near full hardly any. The charge that has flowed between
+// two rests of a cell far from each other gives its own capacity (capacity_apart_min), more accurate than the file's;
+// the gain error of the sensor in it is then the same for all cells, once all capacities have been learned like this.
 //
-// Differences between lines learned at one time need no exact current sensor: all cells carry the same current. Between
-// lines of different times lies what the sensor may have miscounted meanwhile, `current_gain_permille` of all that
-// flowed in and out, and `current_offset_mA` all the time; lines older than the youngest are unsure of that, too.
+// Differences between entries learned at one time need no exact current sensor: all cells carry the same current.
+// Between entries of different times the sensor may have miscounted, by `current_gain_permille` of all charge that
+// flowed in and out, and by `current_offset_mA` all the time; entries older than the youngest have that uncertainty,
+// too.
 //
-// A book that is whole outlives the process (records, restore). What has flowed between its last record and the next
-// start nobody knows, but it is the same for all cells; so a former life's book knows differences only, until a rest
-// shows how much that was, or all cells are learned anew. Nobody sees it
-//   - before the clock shows how old it is, and while that is before it was written,
-//   - before each module has said that it is the one of then,
-//   - before the voltages of a complete poll cycle could all be as it says, at some state of charge; the current may be
-//     anything then, so only what is far off shows. Each rest looks anew, and closely.
-// A book that the voltages contradict, or of another pack, is thrown away. Lines of a module that was replaced, too.
-// What was learned of capacities ends with the process.
+// A complete set of entries outlives the process (record, restore). The charge that has flowed between its last record
+// and the next start is unknown, but the same for all cells; so restored charges only give differences between cells,
+// until a rest shows how much that charge was, or all cells are learned again. They are not used
+//   - before the wall clock shows their age, and while it is before the time at which they were written,
+//   - before each module has reported the serial number of the record,
+//   - before the voltages of a complete poll cycle are consistent with them at some state of charge; the current may be
+//     anything then, so only a large deviation is detected. Each rest repeats the check, with a narrow bound.
+// Restored charges that the voltages contradict, or of another pack, are discarded, as are the entries of a module that
+// was replaced. Learned capacities end with the process.
 //
-// Who estimates the charge and capacity of each cell better may fill the same struct; planners see nothing else.
-// Cost: two exponentials and a copy of what was bled on each tick with a current; while resting, a search in the curve
-// for each cell a poll cycle.
+// A better estimator of the charge and capacity of each cell may fill the same struct; planners use nothing else.
+// Cost: two exponentials and a copy of the bled charges on each tick with a current; at rest, a search in the curve for
+// each cell and poll cycle.
 #pragma once
 
 #include <array>
@@ -54,7 +56,7 @@
 
 namespace bmu {
 
-/// A cell's charge, for whoever plans with it. Unless `is_known` the numbers mean nothing.
+/// Charge of one cell, for planners. Unless `is_known` the other members are not valid.
 struct CellCharge {
   bool is_known = false;
   std::int64_t missing_uAs = 0;      // until it is full; may be negative
@@ -62,80 +64,82 @@ struct CellCharge {
   std::int64_t capacity_uAs = 0;
 };
 
-/// How well a module measures a cell, apart from what the cell itself hides.
+/// Accuracy with which a module measures a cell, without the effects within the cell itself.
 inline constexpr std::int32_t voltage_error_uV = 1'000;
-/// A voltage that leaves more of the capacity open, either way, says nothing.
+/// A voltage that leaves more of the capacity uncertain, either way, is not used.
 inline constexpr double learn_max_permille = 20.0;
-/// How well the current sensor counts: of all charge that flows, either way; and what it shows without a current.
+/// Errors of the current sensor: of all charge that flows, either way; and its reading without a current.
 inline constexpr double current_gain_permille = 20.0;
 inline constexpr double current_offset_mA = 50.0;
-/// Of the charge between empty and full: two rests at least so far apart show a capacity.
+/// Minimum distance of two rests that give a capacity, as a share of the charge between empty and full.
 inline constexpr double capacity_apart_min = 0.3;
-/// What a former life's book is off by, all cells together, is taken over from a rest that says it this well.
+/// Maximum uncertainty of the common offset of restored charges at which a rest corrects it.
 inline constexpr double align_max_permille = 2.0;
-/// A record is worth replacing when a line has changed by this much of the capacity, or knows so much better.
+/// A record is replaced when an entry has changed by this much of the capacity, or is more accurate by as much.
 inline constexpr double record_step_permille = 0.1;
-/// And at most this often: what is bled meanwhile is forgotten, and counts as not known after a restart.
+/// Minimum time between two records: the charge bled since the last one is lost at a restart, and counts as
+/// uncertainty.
 inline constexpr Duration record_every = 10min;
 
-/// Charge of a rested cell at this open-circuit voltage; beyond the ends of the curve those of the ends, 0 or the
-/// capacity. The curve must have two points.
+/// Charge of a rested cell at this open-circuit voltage; beyond the ends of the curve that of the end, 0 or the
+/// capacity. Precondition: the curve has at least two points.
 [[nodiscard]] double charge_at_uAs(const CellModel& cell, double ocv_uV);
 
 struct CellChargeInputs {
   TimePoint now{};
-  std::int64_t unix_time_ms = 0;  // 0: nobody has told the time
+  std::int64_t unix_time_ms = 0;  // 0: the wall clock is unknown
   bool is_open = false;           // no contactor is commanded closed
-  bool is_bleeding = false;       // some switch of the pack is on, or may be
+  bool is_bleeding = false;       // some balancing switch of the pack is on, or may be
   const ModuleTable* modules = nullptr;
   const PackState* pack = nullptr;
   const ChargeState* charge = nullptr;
   const std::int64_t* bled_uAs = nullptr;  // of each cell, by number through the pack, since the start
 };
 
-/// What has become of the book of a former life.
+/// State of the restored charges.
 enum class FormerBook : std::uint8_t {
-  none,       // there was none
+  none,       // no record was restored
   foreign,    // of another pack, or of other modules: not used
-  waiting,    // for the clock, the modules' identities or their voltages
-  in_use,     // for the differences between cells
-  refused,    // the voltages contradict it
-  taken_over  // by what a rest of this life has shown
+  waiting,    // wall clock, identities of the modules or their voltages are missing
+  in_use,     // used for the differences between cells
+  refused,    // contradicted by the voltages
+  taken_over  // replaced by the result of a rest in this session
 };
 [[nodiscard]] std::string_view to_text(FormerBook former);
 
 class CellChargeBook {
  public:
   void init(const CoreConfig& config);
-  /// After init, before the first update. A book that does not belong to this pack is foreign, and nothing is known.
+  /// After init, before the first update. Charges of another pack are `foreign`, and all entries stay unknown.
   void restore(const CellChargeRecords& records);
   /// Once a tick.
   void update(const CellChargeInputs& in);
-  /// Other cells may sit there now: nothing that was learned of them counts. A former life's book is no longer whole.
+  /// Discards the entries and capacities of a module: its cells may have been replaced. Restored charges are discarded,
+  /// too.
   void forget_module(std::size_t index);
-  /// By number through the pack, from 0, with what has flowed until the last update.
+  /// By number through the pack, from 0, including the charge that has flowed until the last update.
   [[nodiscard]] CellCharge cell(std::size_t number) const;
   [[nodiscard]] std::size_t known_cells() const { return is_hidden() ? 0 : known_cells_; }
   [[nodiscard]] FormerBook former() const { return former_; }
 
-  /// The whole book as of the last update; false, and nothing written, unless every cell is known, every module has
-  /// said who it is, and so has the clock.
+  /// All entries as of the last update; false, and nothing written, unless every cell is known, every module has
+  /// reported its identity and the wall clock is known.
   [[nodiscard]] bool record(CellChargeRecords& to) const;
 
  private:
   struct Line {
     bool is_known = false;
-    std::int64_t missing_uAs = 0;  // when it was learned
+    std::int64_t missing_uAs = 0;  // at `learned_at`
     std::int64_t uncertainty_uAs = 0;
-    std::int64_t flowed_uAs = 0;  // the pack's charge that had left it then
-    std::int64_t bled_uAs = 0;    // then
-    TimePoint learned_at{};       // from here on it loses charge by itself
+    std::int64_t flowed_uAs = 0;  // charge that had left the pack at that time
+    std::int64_t bled_uAs = 0;    // at that time
+    TimePoint learned_at{};       // start of its self-discharge
     TimePoint counted_at{};       // from here on the sensor's errors count
-    double moved_uAs = 0.0;       // all that had flowed in and out then
+    double moved_uAs = 0.0;       // all charge that had flowed in and out at that time
 
     [[nodiscard]] bool are_fields_possible() const { return !std::isnan(moved_uAs); }
   };
-  /// A rest, as the first or the second from which a capacity is learned.
+  /// A rest: the first or the second of those that give a capacity.
   struct Rest {
     bool is_known = false;
     double share = 0.0;  // of the capacity
@@ -151,10 +155,10 @@ class CellChargeBook {
   };
   struct Capacity {
     double uAs = 0.0;
-    double error_uAs = 0.0;  // either way; without what the sensor's gain makes of all alike
+    double error_uAs = 0.0;  // either way; without the sensor's gain error, which is common to all
     bool is_learned = false;
-    Rest low;   // below half
-    Rest high;  // above
+    Rest low;   // below half charge
+    Rest high;  // at half charge or above
 
     [[nodiscard]] bool are_fields_possible() const { return uAs >= 0.0 && error_uAs >= 0.0; }
   };
@@ -170,9 +174,9 @@ class CellChargeBook {
     std::uint8_t node = 0;
     std::uint8_t cell_count = 0;
     std::uint16_t first_cell = 0;
-    bool is_identified = false;  // in this life
+    bool is_identified = false;  // in this session
     std::uint32_t serial_number = 0;
-    std::uint32_t former_serial_number = 0;  // while the book is a former life's
+    std::uint32_t former_serial_number = 0;  // of the record, while the charges are restored ones
     BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), is_identified, serial_number,
                former_serial_number)
   };
@@ -201,7 +205,7 @@ class CellChargeBook {
   [[nodiscard]] double miscounted_uAs(const Line& line, double moved_uAs, TimePoint at) const;
   [[nodiscard]] double lost_uAs(TimePoint since) const;
   [[nodiscard]] std::int64_t half_lost_uAs(const Line& line) const;
-  /// As of the youngest line, or of now.
+  /// Uncertainty as of the youngest entry, and as of now.
   [[nodiscard]] std::int64_t uncertainty_uAs(std::size_t number) const;
   [[nodiscard]] std::int64_t uncertainty_now_uAs(std::size_t number) const;
   [[nodiscard]] std::int64_t kept_uncertainty_uAs(std::size_t number) const;
@@ -222,12 +226,12 @@ class CellChargeBook {
   TimePoint now_{};
   std::int64_t unix_time_ms_ = 0;
   TimePoint resting_since_{};
-  TimePoint learned_from_{};  // the poll cycle
+  TimePoint learned_from_{};  // completion of the poll cycle evaluated last
   std::int64_t flowed_uAs_ = 0;
   HysteresisRange hysteresis_;
   FormerBook former_ = FormerBook::none;
   std::int64_t former_unix_time_ms_ = 0;
-  std::optional<TimePoint> former_since_{};  // when its record was written, by the clock
+  std::optional<TimePoint> former_since_{};  // time of the restored record, by the wall clock
   std::array<Module, modules_max> modules_{};
   std::array<std::int64_t, cells_max> bled_uAs_{};
   std::array<Line, cells_max> lines_{};
@@ -240,7 +244,7 @@ class CellChargeBook {
              modules_, bled_uAs_, lines_, capacities_)
 };
 
-/// Whether the newer record says something that the older one does not, or not so well.
+/// True if the newer record contains an entry that the older one lacks, or has less accurately.
 [[nodiscard]] bool is_worth_recording(const CellChargeRecords& older, const CellChargeRecords& newer);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// What of the book of charge (cell_charge.hpp) outlives a process: a whole book, or none.
+// Persistent record of the charge that the cells lack (cell_charge.hpp): complete, or absent.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace bmu {
 
 struct CellChargeRecord {
   std::int64_t missing_uAs = 0;      // until it is full, as of the record's time
-  std::int64_t uncertainty_uAs = 0;  // of the differences between cells: what has flowed since is the same for all
+  std::int64_t uncertainty_uAs = 0;  // of the differences between cells: the charge since then is the same for all
 
   friend bool operator==(const CellChargeRecord&, const CellChargeRecord&) = default;
 };
@@ -24,7 +24,7 @@ struct ModuleChargeRecord {
 };
 
 struct CellChargeRecords {
-  std::int64_t unix_time_ms = 0;  // when this was so; 0: nothing is kept
+  std::int64_t unix_time_ms = 0;  // time of these values; 0: there is no record
   std::int64_t capacity_uAs = 0;  // of each cell, by the cell file it was learned with
   std::array<ModuleChargeRecord, internal_bus::node_count_max + 1> modules{};  // by node number
 

@@ -1,4 +1,4 @@
-// What a forecast of one cell begins with (limits/current_prediction.hpp).
+// Initial state of one cell for a prediction (limits/current_prediction.hpp).
 #pragma once
 
 #include <array>
@@ -8,16 +8,16 @@
 
 namespace bmu {
 
-/// What is known of a cell at the moment its voltage was taken. Left out is not known.
+/// State of a cell at the instant of its voltage sample. Members that are not given are unknown.
 struct CellForecastInput {
   double voltage_V = not_measured;
-  double current_A = not_measured;  // at that moment, out of the cell
+  double current_A = not_measured;  // at that instant, out of the cell
   double temperature_C = not_measured;
   SocEstimate soc{};
-  double hysteresis = not_measured;  // -1: on the curve of discharging, 1: of charging
+  double hysteresis = not_measured;  // -1: on the discharge curve, 1: on the charge curve
   std::array<double, CellDynamics::pairs> pair_V{not_measured, not_measured, not_measured};
   double resistance_share = not_measured;  // 0.4: this cell has 40 % more than its model; -0.9 to 9
-  double resistance_sigma = not_measured;  // one standard deviation of that, 0 or more
+  double resistance_sigma = not_measured;  // one standard deviation of the share, 0 or more
 };
 
 }  // namespace bmu

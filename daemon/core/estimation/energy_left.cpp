@@ -11,10 +11,10 @@ constexpr double s_per_h = 3600.0;
 constexpr double uV_per_V = 1e6;
 constexpr double mWh_per_Wh = 1e3;
 
-/// What differs between the integrals that an uncertainty is made of.
+/// Deviation from the nominal input, for the integrals of the uncertainty.
 struct Variation {
-  double soc = 0.0;             // more of all cells
-  double emptiest_share = 0.0;  // more of the emptiest cell's resistance
+  double soc = 0.0;             // added to that of all cells
+  double emptiest_share = 0.0;  // added to that of the emptiest cell
 };
 
 struct Integral {
@@ -55,7 +55,7 @@ class Discharge {
   [[nodiscard]] double load_A() const { return load_A_; }
 
  private:
-  /// Of a cell that has carried the load for long.
+  /// Voltage of a cell that has carried the load for long.
   [[nodiscard]] double loaded_V(double soc, double resistance_share) const {
     const CellPoint point = at(row_, std::clamp(soc, 0.0, 1.0));
     const double resistance_Ohm = point.series_Ohm + point.pair_Ohm[0] + point.pair_Ohm[1] + point.pair_Ohm[2];

@@ -1,26 +1,27 @@
-// State of energy: the energy that the pack delivers from now on until it is empty, if it goes on with the present load
-// at the present temperature.
+// State of energy: the energy that the pack delivers from now on until it is empty, at the present load and
+// temperature.
 //
 // All cells in series carry the same charge, so that with q the charge that has left the pack
 //
 //   E = integral from 0 to q_end of  N * v(z - q / Q) dq
 //   v(z) = OCV(z, T) - H(z, T) - (1 + s) * (I * (R0 + R1 + R2 + R3) + K(z, T) * asinh(I / I0(T)) * I0(T))
 //
-// v is the terminal voltage of a cell that has carried the load I for so long that its pairs have settled, on the curve
-// of discharging (cell_dynamics.hpp); s is by how much its resistance differs from the model's. N cells count with the
-// means of z, Q and s. The end is where the emptiest cell is empty, or where its voltage under the load falls to what
-// opens the pack, whichever comes first: in the cold, and under load, much of the charge cannot be taken. (Energy as
-// the integral of the voltage over the remaining charge: G. L. Plett, Battery Management Systems, Vol. II, Artech House
-// 2016, chapter 1.)
+// v is the terminal voltage of a cell that has carried the load I for so long that its RC elements have settled, on the
+// discharge curve (cell_dynamics.hpp); s is the relative deviation of its resistance from the model's. N cells count
+// with the means of z, Q and s. The end is where the emptiest cell is empty, or where its voltage under the load falls
+// to the threshold that opens the pack, whichever comes first: in the cold, and under load, much of the charge cannot
+// be taken. (Energy as the integral of the voltage over the remaining charge: G. L. Plett, Battery Management Systems,
+// Vol. II, Artech House 2016, chapter 1.)
 //
-// The uncertainty, one standard deviation, is made of three independent parts:
-//   - the state of charge: half of what a standard deviation more or less of it, for all cells, makes of E;
+// The uncertainty, one standard deviation, has three independent parts:
+//   - the state of charge: half of the difference of E between one standard deviation more and less of it, for all
+//     cells;
 //   - the model: the voltages of all cells may be off by its slow error at the same time;
-//   - the emptiest cell's resistance: what a standard deviation more of it takes from E.
-// A change of the load or of the temperature is not in it.
+//   - the emptiest cell's resistance: the decrease of E by one standard deviation more of it.
+// It contains no change of the load or of the temperature.
 //
-// Evaluated when it is queried, once a second or less; no state. Cost: at most 8 * energy_steps looks at the model and
-// a pass over the cells, some 20 us. Pure and without allocation.
+// Evaluated when it is queried, once a second or less; no state. Cost: at most 8 * energy_steps evaluations of the
+// model and a pass over the cells, some 20 us. Pure and without allocation.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +32,7 @@
 
 namespace bmu {
 
-/// The remaining charge is integrated in so many equal steps.
+/// Number of equal steps in which the remaining charge is integrated.
 inline constexpr int energy_steps = 50;
 
 struct EnergyLeftInput {
@@ -59,14 +60,14 @@ struct EnergyLeft {
 /// that are not above 0.
 [[nodiscard]] EnergyLeft energy_left(const CellDynamics& cell, const EnergyLeftInput& input);
 
-/// Of the pack as it is estimated, for its mean current of the last minute. Not known until the state of charge of each
-/// cell and the temperature of each module are.
+/// Of the pack as estimated, at its mean current of the last minute. Not known until the state of charge of each cell
+/// and the temperature of each module are.
 [[nodiscard]] EnergyLeft energy_left(const PackEstimate& estimate, const CoreConfig& config);
 
-/// The input of the above.
+/// Input of the function above.
 [[nodiscard]] EnergyLeftInput energy_left_input(const PackEstimate& estimate, const CoreConfig& config);
 
-/// As status, history and report have it.
+/// Unit of status, history and report.
 [[nodiscard]] std::int64_t in_mWh(double energy_Wh);
 
 }  // namespace bmu

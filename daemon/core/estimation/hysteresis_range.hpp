@@ -1,14 +1,14 @@
-// How far hysteresis may pull the rest voltages of the pack's cells: between what and what, for all of them at once.
+// Range of the hysteresis in the rest voltages of the pack's cells: minimum and maximum, for all of them together.
 //
 //   h = -1 after enough discharge, +1 after enough charge; each charge q that flows moves it (cell_model.hpp):
 //   h -> -1 + (h + 1) * exp(-q / q0) while q leaves the cell, 1 + (h - 1) * exp(-q / q0) while it enters
 //
-// At first, and after anything nobody has seen, h is unknown: -1 to 1. Both ends then follow what flows, and meet: one
-// direction for three q0 leaves a twentieth of the range. A cell that is bled has lost more than its neighbours, so the
-// low end goes with the cell that lost most, the high end with the one that lost least.
+// At first, and after charge that was not measured, h is unknown: -1 to 1. Both ends then follow the charge that flows,
+// and converge: one direction for three q0 leaves a twentieth of the range. A cell that is bled has lost more than its
+// neighbours, so the low end follows the cell that lost most, the high end the one that lost least.
 //
-// That all cells were driven the same way is what makes their difference small, though each hysteresis is large. Cells
-// are not one like the other: how far one is pulled may differ from what the file says by `hysteresis_spread`.
+// The difference between cells is small, though each hysteresis is large, because all cells were driven the same way.
+// Cells are not identical: the hysteresis of one may differ from that of the file by `hysteresis_spread`.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@
 
 namespace bmu {
 
-/// Of the file's hysteresis, either way: between one cell and another, and between the model and any of them.
+/// Share of the file's hysteresis, either way: between one cell and another, and between the model and any of them.
 inline constexpr double hysteresis_spread = 0.2;
 
 class HysteresisRange {
  public:
   void init(const CellModel& cell);
-  /// Something has flowed that was not seen.
+  /// Makes the range unknown: charge has flowed that was not measured.
   void forget();
-  /// What has left each cell since the last call: not less than the one, not more than the other (least <= most);
-  /// negative was put in. For small steps: what goes out and in again between two calls is not seen.
+  /// Adds the charge that has left each cell since the last call: at least the first value, at most the second (least
+  /// <= most); negative: it has entered. For small steps: charge that leaves and returns between two calls is not seen.
   void flow(std::int64_t least_uAs, std::int64_t most_uAs);
 
-  /// Rest voltage less open-circuit voltage of any cell, at the least and at the most.
+  /// Rest voltage minus open-circuit voltage of any cell, minimum and maximum.
   [[nodiscard]] double least_uV() const { return (low_ - hysteresis_spread) * hysteresis_uV_; }
   [[nodiscard]] double most_uV() const { return (high_ + hysteresis_spread) * hysteresis_uV_; }
 

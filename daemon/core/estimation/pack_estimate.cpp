@@ -18,35 +18,35 @@ constexpr double uAs_per_As = 1e6;
 constexpr double dC_per_C = 10.0;
 constexpr double hour_s = 3600.0;
 
-/// Cells sampled with the POLL to all tell its instant; one that was asked again, alone, tells another.
+/// Cells sampled with the POLL to all modules have its instant; a module that was polled again singly has another one.
 constexpr Duration instant_width = 15ms;
-/// Modules of another maker do not say when they measured. What the current did meanwhile may be worth so much voltage.
+/// Modules of another maker report no time of measurement: the current may have changed by this voltage since then.
 constexpr double apart_max_V = 5e-3;
-/// The same where the cell's resistance is not known.
+/// The same where the cell's resistance is unknown.
 constexpr double apart_max_mA = 500.0;
-/// A sample of the current may be so far from the instant: the sensor's period, and as much for its way.
+/// Maximum distance of a current sample from the instant: the sensor's period, and as much for its transmission.
 constexpr Duration current_apart_max = 2 * internal_bus::sensor_current.period;
-/// A voltage alone, of a cell whose history nobody knows: the filter finds out how well it says it.
+/// Initial uncertainty of a voltage alone, with unknown history of the cell: the filter finds out how accurate it is.
 constexpr double begin_sigma = 0.3;
-/// What a cell lost by itself while nobody looked is known to half.
+/// Relative uncertainty of the self-discharge between two sessions: it is known to half.
 constexpr double lost_doubt = 0.5;
-/// A first voltage so many standard deviations off what the record says is another cell's, or somebody charged it.
+/// A first voltage this many standard deviations off the record is that of another cell, or the cell was charged.
 constexpr double contradiction_sigmas = 5.0;
-/// After a record of this age nothing of the current before it is left in the voltages.
+/// After a record of this age the voltages contain no polarisation by the current before it.
 constexpr Duration settled_after = 1h;
-/// Of the absolute limits: a cell in the cold sinks below the lower one under load, and is still a cell.
+/// Shares of the absolute limits: under load in the cold a valid cell falls below the lower one.
 constexpr double least_share = 0.7;
 constexpr double most_share = 1.15;
-/// Of the one-hour current: with less nobody can say when the pack is empty or full.
+/// Share of 1C; below it the time until the pack is empty or full is undefined.
 constexpr double outlook_least_share = 0.01;
-/// A capacity or a resistance that has moved by so much is worth a record.
+/// A change of a capacity or a resistance by this much is worth a record.
 constexpr std::int32_t health_step_ppm = 10'000;
 
 double doubt_of(const CellSocRecord& record, bool is_last, double lost) {
   return std::hypot(record.sigma_ppm / ppm, is_last ? 0.0 : record_step, lost_doubt * lost);
 }
 
-/// As far as it is known how much the cell holds.
+/// Initial state with the cell's capacity, as far as that is known.
 SocBegin begin_with(const CellHealth& health, const CellDynamics& model) {
   SocBegin from;
   if (!health.is_capacity_known()) return from;
@@ -76,7 +76,7 @@ std::string_view to_text(SocOrigin origin) {
 }
 
 void PackEstimate::init(const CoreConfig& config) {
-  // Of a cell without a curve nothing can be said; no pack file has one.
+  // A cell without a curve cannot be estimated; no pack file has one.
   if (!config.dynamics && config.cell.ocv.size() < 2) return;
   estimates_.init(config.dynamics ? *config.dynamics : dynamics_of(config.cell));
   memo_ = {};
@@ -86,7 +86,7 @@ void PackEstimate::init(const CoreConfig& config) {
   rest_current_mA_ = config.soc.rest_current_mA;
   rest_current_A_ = config.soc.rest_current_mA / mA_per_A;
   capacity_uAs_ = config.cell.capacity_uAs;
-  // A pack file always has limits; without them there is nothing to be beyond.
+  // A pack file always has limits; without them no voltage is out of range.
   const bool has_limits = config.cell.voltage_max_uV > 0;
   voltage_least_V_ = least_share * config.cell.voltage_min_uV / uV_per_V;
   voltage_most_V_ = has_limits ? most_share * config.cell.voltage_max_uV / uV_per_V : measured_most;
@@ -141,7 +141,7 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   }
   follow_rest(in);
   const TimePoint instant = in.modules->completed_at();
-  // The sample behind the instant says what the current was then as much as the one before it.
+  // The current sample after the instant determines the current at the instant as much as the one before it does.
   const bool is_picture =
       instant != TimePoint{} && instant != pictured_at_ && in.sensors->current_mA.taken_at >= instant;
   if (!is_picture && in.now - sampled_at_ < estimate_gap_max) return false;
@@ -157,7 +157,7 @@ bool PackEstimate::update(const PackEstimateInputs& in) {
   return pack_.is_known && !was_known;
 }
 
-/// The current at the instant is that of the voltages, too, whenever they were measured.
+/// True if the current at the instant is that of the voltages, too, whenever they were measured.
 bool PackEstimate::is_dated(const PackEstimateInputs& in, TimePoint instant) const {
   if (sample_age_ == Duration{}) return true;
   return static_cast<double>(in.sensors->current_window.swing_mA(instant - sample_age_)) <= swing_max_mA_;
@@ -209,7 +209,7 @@ std::optional<Duration> PackEstimate::age_of_former(std::int64_t unix_time_ms) c
   return std::chrono::milliseconds{unix_time_ms - former_.unix_time_ms};
 }
 
-/// Once: of a cell that is begun anew, because its voltage contradicts its record, the health stays.
+/// Only once: a cell that starts again because its voltage contradicts its record keeps its health.
 void PackEstimate::begin_health(std::size_t number, const CellHealthRecord& former) {
   if (!health_[number].is_begun()) health_[number].begin(health_.model(), former);
 }
@@ -266,7 +266,7 @@ PackEstimate::Moment PackEstimate::moment_of(const PackEstimateInputs& in, TimeP
     moment.anchors = true;
     anchored_by_rest_at_ = in.now;
   }
-  // While everything is open, no more flows unseen than what a pack at rest may give.
+  // While everything is open, at most the current of a pack at rest flows uncounted.
   moment.unseen_current_A = in.is_open ? rest_current_A_ : sensor_.unknown_current_A;
   if (instant == TimePoint{}) return moment;
   const std::optional<std::int32_t> current_mA = in.sensors->current_window.at(instant, current_apart_max);
@@ -275,7 +275,7 @@ PackEstimate::Moment PackEstimate::moment_of(const PackEstimateInputs& in, TimeP
   return moment;
 }
 
-/// Of a module's cells nobody can tell which is how far from which sensor.
+/// The distance of a module's cells from its sensors is unknown, so all have the mean temperature.
 void PackEstimate::read_temperatures(const PackEstimateInputs& in) {
   const Spread& all = in.pack->cell_temperature_dC;
   const double average_C = all.is_known() ? all.average / dC_per_C : not_measured;
@@ -349,7 +349,7 @@ void PackEstimate::follow_health(std::size_t number, const CellSample& sample, s
   health_[number].take(sample, end);
 }
 
-/// With the first voltage after a record: if it says something else altogether, the record is of no use.
+/// Checks a record by the first voltage after it: if that contradicts the record, the record is discarded.
 void PackEstimate::judge_record(std::size_t number, double voltage_V) {
   Cell& cell = cells_[number];
   cell.is_on_trial = false;
@@ -383,7 +383,7 @@ void PackEstimate::sum_up(const Moment& moment, TimePoint now) {
 }
 
 void PackEstimate::follow_outlook(const CurrentSpans& spans) {
-  // What nobody counted may have been anything; and a pack that rests is used by nobody.
+  // Uncounted charge may have been anything; and a pack at rest has no load.
   if (spans.uncounted_s > 0.0 || resting_since_ != TimePoint{}) outlook_current_A_ = 0.0;
   if (!(spans.counted_s > 0.0)) return;
   const double weight = -std::expm1(-spans.counted_s / outlook_time_s);
@@ -452,7 +452,7 @@ bool is_worth_recording(const SocRecords& older, const SocRecords& newer) {
   constexpr auto step_ppm = static_cast<std::int32_t>(record_step * ppm);
   if (!newer.is_kept) return false;
   const bool is_same_pack = older.is_kept && older.capacity_uAs == newer.capacity_uAs;
-  // The end of the life before is no longer the last that flowed.
+  // A record of the end of the previous session is no longer the last state.
   if (!is_same_pack || older.is_last != newer.is_last || std::abs(older.told_ppm - newer.told_ppm) >= step_ppm)
     return true;
   for (std::size_t node = 0; node < newer.modules.size(); ++node) {

@@ -1,34 +1,34 @@
-// The state of charge of every cell and of the pack, from what the bus tells: all methods beside each other for each
-// cell (cell_estimate.hpp), the pack's made of its cells' (pack_soc.hpp), and what is told of it, which never steps
+// State of charge of every cell and of the pack, from the messages on the bus: all methods side by side for each cell
+// (cell_estimate.hpp), the pack's from those of its cells (pack_soc.hpp), and the published one, which never steps
 // (published_soc.hpp).
 //
-// With SYNC all cells are sampled as the POLL arrives, so that a complete poll cycle is a picture of one instant; the
-// current of that instant lies between the sensor's samples on either side of it. Each picture is one sample for every
-// cell: what was counted since the one before, the current, voltage and temperature of the instant. Where no picture
-// comes for a second, the cells are told of what flowed and that nothing was measured, and their doubt grows. While
-// the contactors are open and the sensor is silent, `rest_current_mA` may flow; while they are closed, one hour's rate.
-// What a cell's own resistor bleeds is counted with its current. Voltages far beyond the cell's absolute limits say
-// nothing of its charge: they are for the faults.
+// With SYNC all cells are sampled as the POLL arrives, so that a complete poll cycle is a sample set of one instant;
+// the current of that instant lies between the sensor's samples on either side of it. Each sample set is one sample for
+// every cell: the charge counted since the previous set, and the current, voltage and temperature of the instant. If no
+// sample set arrives for a second, the cells receive the charge that flowed without measured values, and their
+// uncertainty grows. While the contactors are open and the sensor is silent, `rest_current_mA` may flow; while they are
+// closed, 1C. The charge bled by a cell's own resistor is counted with its current. Voltages far beyond the cell's
+// absolute limits are not used for its charge: the fault tests handle them.
 //
-// It begins
-//   - from the record of a former life, cell by cell, if the same modules are there (by their serial numbers), the cell
-//     file says the same capacity, and the voltages of the first picture do not contradict it. What flowed after it was
-//     written nobody has seen: a record is written before a cell has moved by more than `record_step`, and a cell that
-//     is restored is unsure of that much more, unless the life before ended in order. How old a record is, the clock
-//     says; meanwhile cells lost some by themselves.
-//   - else from the voltages of a pack at rest: contactors open, current within soc/rest_current_mA for a
-//     second. What flowed before that is not known, and the filter is told so.
-// While there is a record, nothing begins before all modules have said who they are; without that nothing closes,
+// The estimate starts
+//   - from the record of the previous session, cell by cell, if the same modules are present (by their serial numbers),
+//     the cell file has the same capacity, and the voltages of the first sample set do not contradict it. The charge
+//     that flowed after it was written is unknown: a record is written before a cell has moved by more than
+//     `record_step`, and a restored cell is uncertain by that much more, unless the previous session ended in order.
+//     The wall clock gives the age of a record; cells lost some charge by self-discharge since then.
+//   - else from the voltages of a pack at rest: contactors open, current within soc/rest_current_mA for a second. The
+//     current before that is unknown, and the filter starts with that information.
+// While there is a record, nothing starts before all modules have reported their identity; without that nothing closes,
 // either.
 //
-// A record has the cells' health (cell_health.hpp), too. Where a cell's capacity is known it counts with it, the pack
-// at once, its estimators from their beginning on; while they run they find out for themselves. Of a pack that rests,
-// open, for ten minutes the voltages anchor the capacities (rest_anchor.hpp), as the ends of a charge do.
+// A record contains the cells' health (cell_health.hpp), too. Where a cell's capacity is known, the pack uses it at
+// once, its estimators from their start on; while they run they learn it themselves. When a pack has rested, open, for
+// ten minutes its voltages anchor the capacities (rest_anchor.hpp), as the ends of a charge do.
 //
-// What is told of the pack is set directly only when it begins, and when the pack has rested for `long_rest`; otherwise
-// it follows the estimate at the bounded rate of PublishedSoc.
+// The published value of the pack is set directly only at the start, and when the pack has rested for `long_rest`;
+// otherwise it follows the estimate at the bounded rate of PublishedSoc.
 //
-// Cost: nothing but a comparison on most ticks; with each picture about a microsecond a cell (docs/performance.md).
+// Cost: only a comparison on most ticks; with each sample set about a microsecond a cell (docs/performance.md).
 #pragma once
 
 #include <array>
@@ -55,20 +55,20 @@
 namespace bmu {
 
 inline constexpr Duration estimate_gap_max = 1s;
-/// So long nothing but a rest current has flowed when it begins: what a voltage then says is for the filter to doubt.
+/// Minimum time with nothing but a rest current before the start: the filter weighs the uncertainty of the voltage.
 inline constexpr Duration begin_after = 1s;
 inline constexpr Duration long_rest = 2h;
-/// So long nothing but a rest current has flowed when voltages anchor capacities, and then so often.
+/// Minimum time with nothing but a rest current until voltages anchor capacities, and the period of further anchors.
 inline constexpr Duration anchor_rest = 10min;
 inline constexpr Duration anchor_every = 1min;
-/// The current that the times until empty and full are told by is its mean over about this time.
+/// Time constant of the mean current that the times until empty and full are computed with.
 inline constexpr double outlook_time_s = 60.0;
-/// Of the capacity; a record that is this far off is worth replacing.
+/// Share of the capacity; a record that is this far off is replaced.
 inline constexpr double record_step = 0.01;
 
 struct PackEstimateInputs {
   TimePoint now{};
-  std::int64_t unix_time_ms = 0;  // 0: nobody has told the time
+  std::int64_t unix_time_ms = 0;  // 0: the wall clock is unknown
   bool is_open = false;           // no contactor is commanded closed
   const ModuleTable* modules = nullptr;
   const SensorTable* sensors = nullptr;
@@ -77,11 +77,11 @@ struct PackEstimateInputs {
   const std::int64_t* bled_uAs = nullptr;  // of each cell, by number through the pack, since the start
 };
 
-/// Where the states of charge come from.
+/// Source of the states of charge.
 enum class SocOrigin : std::uint8_t {
   none,    // nothing is known yet
-  former,  // a former life's record
-  voltage  // of the pack at rest: of some cell at least
+  former,  // record of the previous session
+  voltage  // of the pack at rest: of at least one cell
 };
 [[nodiscard]] std::string_view to_text(SocOrigin origin);
 
@@ -92,15 +92,15 @@ class PackEstimate {
   void restore(const SocRecords& records) { former_ = records; }
   /// Once a tick. True if the pack's state of charge became known with this call.
   [[nodiscard]] bool update(const PackEstimateInputs& in);
-  /// Other cells may sit there now.
+  /// Discards the estimates of a module that may have other cells now.
   void forget_module(std::size_t index);
 
-  /// As the chosen method (soc/method) has it.
+  /// By the selected method (soc/method).
   [[nodiscard]] const PackSoc& pack() const { return pack_; }
-  /// 0 to 1: what is told. Means nothing unless pack().is_known.
+  /// Published SOC, 0 to 1. Not valid unless pack().is_known.
   [[nodiscard]] double told_soc() const { return told_.soc(); }
   [[nodiscard]] std::int32_t told_permille() const { return static_cast<std::int32_t>(std::lround(told_.soc() * 1e3)); }
-  /// What is missing until the pack is full, by what is told.
+  /// Charge until the pack is full, by the published SOC.
   [[nodiscard]] std::int64_t depth_of_discharge_uAs() const {
     return std::llround((1.0 - told_.soc()) * pack_.capacity_As() * 1e6);
   }
@@ -109,54 +109,55 @@ class PackEstimate {
   [[nodiscard]] const CellEstimate& cell(std::size_t number) const { return estimates_[number]; }
   [[nodiscard]] SocEstimate cell_soc(std::size_t number) const { return estimates_[number].estimate(method_); }
   [[nodiscard]] const CellHealth& cell_health(std::size_t number) const { return health_[number]; }
-  /// At the temperature that it has; pack_health.hpp has the pack's.
+  /// At its present temperature; pack_health.hpp has the resistance of the pack.
   [[nodiscard]] ResistanceEstimate cell_resistance(std::size_t number) const {
     return health_[number].resistance(modules_[cells_[number].module].temperature_C);
   }
-  /// Of each cell. Cost: a look at each cell, until the first that is not known.
+  /// True if that of each cell is known. Cost: one check per cell, until the first unknown one.
   [[nodiscard]] bool knows_resistances() const {
     for (std::size_t number = 0; number < cell_count_; ++number) {
       if (!cell_resistance(number).is_known) return false;
     }
     return cell_count_ > 0;
   }
-  /// If it goes on like in the last minute, by the estimate; nothing while that is unknown, or hardly any current flows
-  /// that way. A charge takes longer: in its end the current fades.
+  /// Time to empty, and to full, by the estimate, if the current of the last minute continues; nothing while the
+  /// estimate is unknown, or with hardly any current in that direction. A charge takes longer: at its end the current
+  /// tapers.
   [[nodiscard]] std::optional<Duration> empty_in() const { return outlook(pack_.out_As, outlook_current_A_); }
   [[nodiscard]] std::optional<Duration> full_in() const { return outlook(pack_.in_As, -outlook_current_A_); }
   /// The mean current of about the last minute, A, positive out of the pack; 0 while it rests or is not counted.
   [[nodiscard]] double load_A() const { return outlook_current_A_; }
   [[nodiscard]] const Element& element(std::size_t number) const { return cells_[number].element; }
   [[nodiscard]] std::size_t size() const { return cell_count_; }
-  /// The tables that all cells are estimated by.
+  /// The tables by which all cells are estimated.
   [[nodiscard]] const CellDynamics& model() const { return estimates_.model(); }
-  /// The instant of the last picture; zero: there was none.
+  /// Instant of the last sample set; zero: there was none.
   [[nodiscard]] TimePoint pictured_at() const { return pictured_at_; }
-  /// What is known of a cell as of the last picture, for who predicts its voltage.
+  /// State of a cell as of the last sample set, for a prediction of its voltage.
   [[nodiscard]] CellForecastInput forecast_input(std::size_t number) const;
   [[nodiscard]] SocOrigin origin() const { return origin_; }
-  /// How old the record was that it began from, if it did and the clock could say.
+  /// Age of the record from which the estimate started, if it did and the wall clock was known.
   [[nodiscard]] std::optional<Duration> record_age() const { return record_age_; }
-  /// When a cell was last found at an end of its charge; zero: not in this life.
+  /// Time at which a cell last reached an end of its charge; zero: not in this session.
   [[nodiscard]] TimePoint anchored_at() const { return anchored_at_; }
 
-  /// The cell whose methods contradict each other most, permille of what they say they may be wrong by.
+  /// Largest contradiction between the methods of one cell, permille of the uncertainty that they report.
   [[nodiscard]] Reading disagreement_permille() const { return disagreement_permille_; }
-  /// The cell that fits its model worst, permille: from 1000 on it is another kind of cell, or measured wrongly.
+  /// The cell that fits its model worst, permille: from 1000 on it is of another kind, or measured wrongly.
   [[nodiscard]] Reading misfit_permille() const { return misfit_permille_; }
 
-  /// All of it as of the last update; false, and nothing written, unless every cell is known and every module has said
-  /// who it is.
+  /// Complete state as of the last update; false, and nothing written, unless every cell is known and every module has
+  /// reported its identity.
   [[nodiscard]] bool record(SocRecords& to) const;
 
  private:
   struct Cell {
     Element element;
     std::uint8_t module = 0;   // index
-    bool is_on_trial = false;  // from a record, and no voltage has been seen yet
+    bool is_on_trial = false;  // from a record, and not yet checked by a voltage
     std::int64_t bled_uAs = 0;
     bool is_bleeding = false;
-    double voltage_V = not_measured;  // in the last picture
+    double voltage_V = not_measured;  // in the last sample set
     [[nodiscard]] bool are_fields_possible() const {
       return !is_measured(voltage_V) || is_within(voltage_V, -1e3, 1e3);
     }
@@ -172,13 +173,13 @@ class PackEstimate {
     }
     BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), temperature_C)
   };
-  /// What the next samples have in common.
+  /// Common context of the next samples.
   struct Moment {
-    TimePoint instant{};  // of the picture; zero: there is none
+    TimePoint instant{};  // of the sample set; zero: there is none
     CurrentSpans spans;
     double current_A = not_measured;
     double unseen_current_A = 0.0;
-    bool anchors = false;  // the pack has rested so long that its voltages are anchors
+    bool anchors = false;  // the pack has rested long enough for its voltages to be anchors
   };
 
   void follow_rest(const PackEstimateInputs& in);
@@ -212,20 +213,20 @@ class PackEstimate {
   double rest_current_A_ = 0.0;
   std::int32_t rest_current_mA_ = 0;
   std::int64_t capacity_uAs_ = 0;
-  double voltage_least_V_ = 0.0;  // beyond these a voltage is a fault, and says nothing of the charge
+  double voltage_least_V_ = 0.0;  // a voltage outside this range is a fault, and not used for the charge
   double voltage_most_V_ = 0.0;
   std::size_t cell_count_ = 0;
   std::size_t module_count_ = 0;
   std::array<Module, modules_max> modules_{};
   std::array<Cell, cells_max> cells_{};
   SocRecords former_;
-  // Modules of another maker tell none: who is on a node is taken for who was there before.
+  // Modules of another maker report no identity: the module on a node is taken for the one that was there before.
   bool has_nameless_modules_ = false;
-  Duration sample_age_{};  // that old their voltages may be
+  Duration sample_age_{};  // maximum age of their voltages
   double swing_max_mA_ = 0.0;
-  std::array<std::uint32_t, modules_max> serial_numbers_{};  // 0: has not said it
+  std::array<std::uint32_t, modules_max> serial_numbers_{};  // 0: not reported
   TimePoint resting_since_{};
-  bool is_rest_used_ = false;  // what is told has been set from this rest
+  bool is_rest_used_ = false;  // the published SOC has been set from this rest
   TimePoint anchored_by_rest_at_{};
   double outlook_current_A_ = 0.0;
   TimePoint pictured_at_{};
@@ -248,7 +249,7 @@ class PackEstimate {
              misfit_permille_)
 };
 
-/// Whether the newer record says something that the older one does not.
+/// True if the newer record contains information that the older one lacks.
 [[nodiscard]] bool is_worth_recording(const SocRecords& older, const SocRecords& newer);
 
 }  // namespace bmu

@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// The first cell with the least, or the most, of all; and whether all were known.
+/// The first cell with the smallest, or the largest, value of all; and whether all values were known.
 class Extreme {
  public:
   explicit Extreme(double sign) : sign_(sign) {}

@@ -1,7 +1,7 @@
-// How a pack has aged, from its cells (cell_health.hpp): it holds what its weakest cell holds, and gives what its worst
-// cell gives.
+// Health of the pack from that of its cells (cell_health.hpp): the weakest cell limits its capacity, the worst cell its
+// power.
 //
-// Asked for, not followed. Cost: two square roots a cell, and CellHealth::health() of two.
+// Evaluated on request, without state. Cost: two square roots a cell, and CellHealth::health() of two.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@
 
 namespace bmu {
 
-/// Cells by number through the pack, from 0; the first of those that are alike.
+/// Cells by number through the pack, from 0; of equal cells the first.
 struct PackHealth {
-  HealthFigure by_capacity;    // of the cell that has lost most (FS_5); known once it is of every cell
+  HealthFigure by_capacity;    // of the cell that has lost most (FS_5); known once that of every cell is
   HealthFigure by_resistance;  // likewise
   std::size_t weakest_cell = 0;
   std::size_t worst_cell = 0;
-  PackResistance resistance;  // each cell at its temperature; known once it is of every cell
+  PackResistance resistance;  // each cell at its temperature; known once that of every cell is
   double cell_resistance_min_Ohm = 0.0;
   double cell_resistance_max_Ohm = 0.0;  // of resistance.worst_cell
   std::size_t cell_resistance_min_cell = 0;

@@ -1,4 +1,4 @@
-// What of the cells' charge and health (pack_estimate.hpp) outlives a process: that of all cells, or none.
+// Persistent record of the cells' charge and health (pack_estimate.hpp): of all cells, or absent.
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@ struct ModuleSocRecord {
 };
 
 struct SocRecords {
-  bool is_kept = false;           // false: there is none, and the rest means nothing
-  bool is_last = false;           // of a life that ended with everything open: nothing flowed afterwards
-  std::int64_t unix_time_ms = 0;  // when this was so; 0: the clock was not known
+  bool is_kept = false;           // false: there is no record, and the other members are not valid
+  bool is_last = false;           // of a session that ended with everything open: no charge flowed afterwards
+  std::int64_t unix_time_ms = 0;  // time of these values; 0: the wall clock was unknown
   std::int64_t capacity_uAs = 0;  // of each cell, by the cell file it was estimated with
-  std::int32_t told_ppm = 0;      // of the pack, as it was told
+  std::int32_t told_ppm = 0;      // of the pack, as published
   std::array<ModuleSocRecord, internal_bus::node_count_max + 1> modules{};  // by node number
 
   friend bool operator==(const SocRecords&, const SocRecords&) = default;

@@ -1,4 +1,4 @@
-// Comparing a reading with its row's thresholds. Pure; memory is fault_memory's business.
+// Comparison of a reading with the thresholds of its row. Pure; FaultMemory keeps the state of each fault.
 #pragma once
 
 #include "daemon/core/faults/fault_table.hpp"
@@ -10,7 +10,7 @@ struct Thresholds {
   std::int64_t open = 1;
   std::int64_t hysteresis = 0;
   bool has_warning = false;
-  Duration warn_confirm{};  // evidence that a warning takes; 0: the first sample beyond `warn` warns
+  Duration warn_confirm{};  // debounce time of a warning; 0: the first sample beyond `warn` raises it
   Duration confirm{};
   Duration clear{};
 };
@@ -18,14 +18,14 @@ struct Thresholds {
 [[nodiscard]] Thresholds thresholds_of(const FaultRow& row, const LimitsConfig& limits);
 
 enum class Verdict : std::uint8_t {
-  good,     // behind the threshold by at least the hysteresis
-  between,  // behind the threshold, but not far enough to call it good again
-  beyond,   // at the threshold or past it
-  unknown,  // no reading, or a good one that does not speak for everything: neither raises nor clears
+  good,     // inside the threshold by at least the hysteresis
+  between,  // inside the threshold, within the hysteresis
+  beyond,   // at or beyond the threshold
+  unknown,  // no reading, or a partial one that is not beyond: neither raises nor clears
 };
 
-/// A reading against one threshold. At the threshold counts as beyond. A partial reading can be beyond but never good:
-/// the value that is missing may be the bad one.
+/// Compares a reading with one threshold. A value at the threshold is beyond. A partial reading can be beyond but never
+/// good: the missing value may be the one that is beyond.
 [[nodiscard]] constexpr Verdict evaluate(const Reading& reading, Sense sense, std::int64_t threshold,
                                          std::int64_t hysteresis) {
   if (!reading.is_known) return Verdict::unknown;

@@ -18,10 +18,10 @@ namespace {
 
 using Kind = FaultChange::Kind;
 
-/// Samples of different cells this far apart are from different polls, whatever age the modules admit.
+/// Samples of different cells at least this far apart are from different polls, whatever sample age the modules report.
 constexpr Duration poll_apart_min = 50ms;
 
-/// The worse of two readings in the row's sense.
+/// Whether `one` is worse than `other` in the row's direction.
 bool is_worse(const Reading& one, const Reading& other, Sense sense) {
   return sense == Sense::at_or_above ? one.value > other.value : one.value < other.value;
 }
@@ -72,15 +72,16 @@ class RowUpdate {
     }
   }
 
-  /// The evidence now: the last verdict has stood until now.
+  /// The debounce time at `now_`: the last result was valid until now.
   [[nodiscard]] Duration weighed(Duration evidence, Verdict judged, Duration confirm) const {
     if (judged == Verdict::beyond) evidence += stood_;
     if (judged == Verdict::good || judged == Verdict::between) evidence -= stood_ / 2;
-    // More than enough is enough: a stale bad sample must not take for ever to be forgotten.
+    // Limited to the confirm time, so that an old bad sample does not take arbitrarily long to decay.
     return std::clamp(evidence, Duration{}, confirm);
   }
 
-  /// What is latched stays so meanwhile: the cause is back once it is believed, as the first time.
+  /// Makes the fault pending. A latched one stays latched meanwhile; its recurrence is confirmed like the first
+  /// occurrence.
   void if_beyond_suspect(const Reading& reading, Verdict verdict) {
     if (verdict != Verdict::beyond) return;
     if (state_.stage == FaultStage::latched) {
@@ -100,7 +101,8 @@ class RowUpdate {
     state_.sample_element = reading.element;
   }
 
-  /// Of the same cell or sensor, or so much later that it cannot be another cell's share of the same answer.
+  /// A newer sample of the same cell or sensor, or one so much later that it cannot be another cell's value in the same
+  /// answer.
   [[nodiscard]] bool is_another_sample(const Reading& reading) const {
     const Duration later = reading.taken_at - state_.sample_taken_at;
     return later > Duration{} && (reading.element == state_.sample_element || later >= poll_apart_min);
@@ -160,7 +162,7 @@ class RowUpdate {
   TimePoint now_;
   FaultState& state_;
   FaultChanges& changes_;
-  Duration stood_{};  // since the last update
+  Duration stood_{};  // time since the last update
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the two files of readers share.
+// Helpers shared by the two files of fault readers.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,9 @@ inline constexpr Reading unknown_reading{};
   return {true, is_true ? 1 : 0, element, seen_at};
 }
 
-/// How far apart two voltages are that were not taken at the same moment, less what the current explains: twice what
-/// this resistance makes of its swing since the older one. Cold cells have more than their data sheet says.
+/// Difference of two voltages of different instants, less the part that the current explains: twice the voltage drop
+/// across this resistance caused by the swing of the current since the older sample. Twice, because cold cells have
+/// more resistance than their data sheet states.
 [[nodiscard]] inline std::int64_t unexplained_mV(const FaultInputs& in, const Measured<std::int32_t>& one,
                                                  const Measured<std::int32_t>& other, std::int64_t resistance_uOhm) {
   constexpr std::int64_t products_per_mV = 1'000'000;  // of mA and uOhm

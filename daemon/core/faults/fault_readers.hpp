@@ -1,7 +1,7 @@
-// What the rows of the fault table look at: each function turns what is known into the one number its row judges.
+// Readers of the rows of the fault table: each function derives from the inputs the one number that its row compares.
 //
-// A reading that is not known neither raises nor clears. "Not yet heard" is not "lost": readers of silences know
-// nothing before the first complete view, or before the time to get one is over.
+// An unknown reading neither raises nor clears. "Not yet received" is not "lost": readers of receive timeouts return
+// unknown before all data has been received once, or before the start grace is over.
 #pragma once
 
 #include "daemon/core/faults/fault_table.hpp"
@@ -30,7 +30,7 @@ Reading discharge_not_allowed(const FaultInputs& in);
 Reading charge_not_allowed(const FaultInputs& in);
 Reading current_while_open(const FaultInputs& in);
 
-// one measurement against another
+// plausibility between measurements
 Reading pack_voltage_mismatch_mV(const FaultInputs& in);
 Reading module_voltage_mismatch_mV(const FaultInputs& in);
 Reading stuck_values_ms(const FaultInputs& in);

@@ -1,4 +1,4 @@
-// Cells, temperatures, current, one measurement against another, and the modules that bring them.
+// Readers for cells, temperatures, current, plausibility between measurements, and modules.
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
@@ -16,13 +16,13 @@ Reading lowest(const Spread& spread) {
 Reading highest(const Spread& spread) {
   return {spread.is_known(), spread.max, spread.max_at, spread.max_taken_at, !spread.is_complete()};
 }
-/// Highest less lowest, at the one that is further from the average.
+/// Highest less lowest, located at the value that is farther from the average.
 Reading width(const Spread& spread) {
   const bool is_low_out = std::int64_t{spread.average} - spread.min > std::int64_t{spread.max} - spread.average;
   return {spread.is_known(), std::int64_t{spread.max} - spread.min, is_low_out ? spread.min_at : spread.max_at,
           std::max(spread.min_taken_at, spread.max_taken_at), !spread.is_complete()};
 }
-/// The module's own cells, added up; not known if one is missing.
+/// Sum of the module's own cells; unknown if one is missing or stale.
 Measured<std::int32_t> sum_of_cells_mV(const ModuleRecord& module, const AgeConfig& ages, TimePoint now) {
   std::int64_t sum_uV = 0;
   TimePoint oldest = now;
@@ -35,14 +35,14 @@ Measured<std::int32_t> sum_of_cells_mV(const ModuleRecord& module, const AgeConf
   return {mV_from_uV(sum_uV), oldest, Validity::valid};
 }
 
-/// Whether a share of what is allowed is all of it.
+/// Condition: the share of the permitted deviation reaches 1000 permille.
 Reading beyond_permille(const Reading& share) {
   constexpr std::int64_t all_permille = 1'000;
   if (!share.is_known) return unknown_reading;
   return condition(share.value >= all_permille, share.taken_at, share.element);
 }
 
-/// First module for which `is_bad` holds. `seen_at` tells when that was last heard of.
+/// First module for which `is_bad` is true. `seen_at` returns when that was last reported.
 template <class IsBad, class SeenAt>
 Reading first_module(const FaultInputs& in, IsBad is_bad, SeenAt seen_at) {
   for (const ModuleRecord& module : in.modules->modules()) {
@@ -67,7 +67,7 @@ Reading module_in_mode(const FaultInputs& in, internal_bus::Mode mode) {
       status_seen_at);
 }
 
-/// A current that flows although it was forbidden, seen after it had its time to end.
+/// Condition: an inhibited current flows in a sample taken after the time that it has to end.
 Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std::int64_t current_mA,
                           std::int32_t tolerated_mA) {
   const Measured<std::int32_t>& current = in.pack->current_mA;
@@ -77,7 +77,8 @@ Reading forbidden_current(const FaultInputs& in, TimePoint forbidden_since, std:
   return condition(had_its_time && current_mA > tolerated_mA, current.taken_at);
 }
 
-/// An open sense wire moves two neighbours the same way apart: what one cell seems to lose, the next seems to gain.
+/// An open sense wire shifts two neighbours by the same amount in opposite directions: the voltage that one cell seems
+/// to lose, the next seems to gain. Returns the number of the first of the two, from 1; 0: none.
 std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, TimePoint now) {
   constexpr std::int64_t apart_min_uV = 400'000;
   const Measured<std::int32_t> sum_mV = sum_of_cells_mV(module, ages, now);
@@ -87,7 +88,7 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
     const std::int64_t one_uV = module.cell_voltage_uV[cell].value - average_uV;
     const std::int64_t next_uV = module.cell_voltage_uV[cell + 1U].value - average_uV;
     const std::int64_t smaller_uV = std::min(std::llabs(one_uV), std::llabs(next_uV));
-    // On the same side of the average their sum is twice the smaller one and more.
+    // On the same side of the average their sum is at least twice the smaller one.
     if (smaller_uV >= apart_min_uV && 4 * std::llabs(one_uV + next_uV) <= smaller_uV) {
       return static_cast<std::uint8_t>(cell + 1);
     }
@@ -95,11 +96,11 @@ std::uint8_t open_wire_pair(const ModuleRecord& module, const AgeConfig& ages, T
   return 0;
 }
 
-/// Good only once everybody has said who he is.
+/// Good only once every module has been identified.
 Reading out_of_place(const FaultInputs& in, const ModuleRecord* module) {
   if (module != nullptr) return condition(true, module->identity.taken_at, {.module_node = module->config.node});
   Reading good = condition(false, in.now);
-  if (!are_modules_ours(*in.config)) return good;  // nobody ever says so
+  if (!are_modules_ours(*in.config)) return good;  // these never send an identity
   good.is_partial = std::any_of(in.modules->modules().begin(), in.modules->modules().end(),
                                 [](const ModuleRecord& one) { return !one.identity.is_valid(); });
   return good;
@@ -202,7 +203,7 @@ Reading module_voltage_mismatch_mV(const FaultInputs& in) {
   for (const ModuleRecord& module : in.modules->modules()) {
     const Measured<std::int32_t> cells = sum_of_cells_mV(module, in.config->ages, in.now);
     const Measured<std::int32_t>& stack = module.module_voltage_mV;
-    if (stack.validity == Validity::not_fitted) continue;  // a foreign module that measures none
+    if (stack.validity == Validity::not_fitted) continue;  // a module of another maker that measures none
     if (!cells.is_valid() || !stack.is_usable(in.now, in.config->ages.cell_voltage)) {
       worst.is_partial = true;
       continue;
@@ -221,12 +222,12 @@ Reading stuck_values_ms(const FaultInputs& in) {
   return in.watchers->stuck.longest_ms(*in.modules);
 }
 Reading current_contradicts_voltage(const FaultInputs& in) {
-  // Without a current there is nothing to contradict: an open pack can be cleared, and tried again.
+  // Without a current no contradiction is possible: the fault of an open pack can be cleared, and closing tried again.
   if (in.flags.open_since != TimePoint{}) return condition(false, in.now);
   return in.watchers->steps.contradiction();
 }
 Reading current_sensors_apart_mA(const FaultInputs& in) {
-  // A lock of a time when there were two can be cleared.
+  // Without a second sensor a latch from a configuration with two can be cleared.
   if (!in.config->sensor.has_second_current) return {true, 0, {}, in.now};
   const Measured<std::int32_t>& one = in.sensors->current_mA;
   const Measured<std::int32_t>& other = in.sensors->current_2_mA;
@@ -254,7 +255,7 @@ Reading cell_not_measured(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
   Reading good = condition(false, in.now);
   for (const ModuleRecord& module : in.modules->modules()) {
-    if (!is_answering(module, in.config->ages, in.now)) {  // that is module_lost
+    if (!is_answering(module, in.config->ages, in.now)) {  // reported by module_lost
       good.is_partial = true;
       continue;
     }
@@ -268,8 +269,8 @@ Reading cell_not_measured(const FaultInputs& in) {
   return good;
 }
 
-/// Sensors of the cells by the pack file, those of the boards by what the modules have. One in doubt is measured, or
-/// not: the others may be bad news meanwhile, and there is no good.
+/// Cell sensors as in the pack file, board sensors as fitted to the modules. An implausible value (doubtful) is neither
+/// measured nor missing: another sensor can still be missing meanwhile, but the reading is not good.
 Reading temperature_not_measured(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
   Reading good = condition(false, in.now);
@@ -300,7 +301,7 @@ Reading open_wire(const FaultInputs& in) {
   for (const ModuleRecord& module : in.modules->modules()) {
     const bool is_flagged = module.status.is_valid() && module.status.value.open_cell_wire;
     if (is_flagged) return condition(true, module.status.taken_at, {.module_node = module.config.node});
-    // The mask of open wires comes with the module voltage.
+    // The mask of open wires is received together with the module voltage.
     if (module.open_wire_cells != 0) {
       return condition(true, module.module_voltage_mV.taken_at, {.module_node = module.config.node});
     }
@@ -311,7 +312,7 @@ Reading open_wire(const FaultInputs& in) {
   return condition(false, in.now);
 }
 
-/// Bad from the third damaged frame among ten on, good again after ten sound ones in a row.
+/// Bad from the third corrupted frame of the last ten, good again after ten consecutive valid ones.
 Reading module_disturbed(const FaultInputs& in) {
   constexpr int damaged_max = 3;
   Reading good = condition(false, in.now);
@@ -331,7 +332,8 @@ Reading module_reports_undervoltage(const FaultInputs& in) {
   return first_module(in, says_empty, status_seen_at);
 }
 
-/// What wears or misleads but endangers nothing yet; a value that is missing because of it has a fault of its own.
+/// Conditions that cause wear or misleading values but no danger yet; a value that is missing because of one has a
+/// fault of its own.
 Reading module_warning(const FaultInputs& in) {
   return first_module(
       in,
@@ -344,8 +346,8 @@ Reading module_warning(const FaultInputs& in) {
       status_seen_at);
 }
 
-/// The mode in a STATUS that counts; an old one is `module_lost`. While nobody is asked nobody is starting or going to
-/// sleep against anybody's will.
+/// The mode in a fresh STATUS; a stale one is `module_lost`. Unknown while modules are not polled: starting or going to
+/// sleep is no fault then.
 Reading module_starting(const FaultInputs& in) {
   return in.has_started ? module_in_mode(in, internal_bus::Mode::starting) : unknown_reading;
 }
@@ -362,7 +364,8 @@ Reading module_alone(const FaultInputs& in) {
       },
       status_seen_at);
 }
-/// Its cells feed it: most modules are silent then (module_lost), as their CAN side has no power; this one still sends.
+/// The module is powered by its cells. Most modules stop sending then (module_lost), as their CAN side has no power;
+/// this one still sends.
 Reading module_supply_lost(const FaultInputs& in) {
   return first_module(
       in,
@@ -390,7 +393,8 @@ Reading front_end_overtemperature(const FaultInputs& in) {
       },
       front_end_seen_at);
 }
-/// Only for modules whose pack file asks for the report. One that does not answer is module_lost, and no good either.
+/// Only for modules that must report by the pack file. One that does not answer is module_lost, and the reading is not
+/// good.
 Reading front_end_faults_missing(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
   Reading good = condition(false, in.now);

@@ -1,4 +1,5 @@
-// The sensor, the power distribution unit and its inputs, insulation, contactors, buses, and the daemon itself.
+// Readers for the sensor, the power distribution unit and its inputs, insulation, contactors, buses, and the daemon
+// itself.
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
@@ -13,18 +14,18 @@ namespace {
 
 constexpr std::int64_t insulation_max_Ohm = std::numeric_limits<std::int32_t>::max();
 
-/// A sensor that has no usable word within its age; before it was ever heard that counts once starting is over.
+/// No usable value within its maximum age; a value that was never received counts as lost once the start is over.
 Reading lost(const FaultInputs& in, const Measured<std::int32_t>& value, Duration age_max) {
   if (!in.has_started) return unknown_reading;
   return condition(!value.is_usable(in.now, age_max), value.taken_at);
 }
 
-/// The first that is bad, or the last.
+/// The first reading if it is bad, otherwise the second.
 Reading worse_of(const Reading& one, const Reading& other) {
   return one.is_known && one.value != 0 ? one : other;
 }
 
-/// The unit's word, if it is one. Its loss is a fault of its own.
+/// The PDU state if it is usable, otherwise null. Its loss is a fault of its own.
 const PduState* pdu_of(const FaultInputs& in) {
   const Measured<PduState>& pdu = in.sensors->pdu;
   return pdu.is_usable(in.now, in.config->ages.pdu_status) ? &pdu.value : nullptr;
@@ -34,7 +35,7 @@ Reading input(const FaultInputs& in, bool PduState::*healthy) {
   return pdu == nullptr ? unknown_reading : condition(!(pdu->*healthy), in.sensors->pdu.taken_at);
 }
 
-/// The first bit that is set, as an input with a number.
+/// Condition: a bit is set; the first one gives the number of the input.
 Reading lines(const FaultInputs& in, std::uint16_t PduState::*bad, std::uint8_t first_number) {
   const PduState* pdu = pdu_of(in);
   if (pdu == nullptr) return unknown_reading;
@@ -43,7 +44,8 @@ Reading lines(const FaultInputs& in, std::uint16_t PduState::*bad, std::uint8_t 
   return condition(mask != 0, in.sensors->pdu.taken_at, {.input = mask != 0 ? number : std::uint8_t{0}});
 }
 
-/// The monitor's resistance; more than it can tell counts as the most there is, and so does what nobody measures.
+/// Resistance reported by the insulation monitor. A value above its range counts as the maximum, and so does an unknown
+/// value unless measuring is configured.
 Reading insulation(const FaultInputs& in) {
   const PduState* pdu = pdu_of(in);
   const bool is_measured = in.config->insulation.monitoring == InsulationMonitoring::measured;
@@ -55,7 +57,7 @@ Reading insulation(const FaultInputs& in) {
   return {true, value_Ohm, {}, is_heard_itself ? in.sensors->insulation.taken_at : in.sensors->pdu.taken_at};
 }
 
-/// It says that it sees too little voltage to measure, in a closed pack whose cells are not empty.
+/// The monitor reports too little voltage to measure, in a closed pack that does not have empty cells.
 bool denies_the_voltage(const FaultInputs& in, const PduState& pdu) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   const std::int64_t empty_mV = mV_from_uV(std::int64_t{in.config->limits.cell_undervoltage.open} *
@@ -92,8 +94,8 @@ Reading voltage_sensor_lost(const FaultInputs& in) {
 Reading sensor_not_set_up(const FaultInputs& in) {
   return condition(in.flags.sensor_not_set_up, in.now);
 }
-/// Where lines of this machine tell a part and cannot be read, nothing counts as known (merge_inputs), and that is the
-/// lines' fault alone: a unit that is heard is not lost by it.
+/// If GPIO lines of this host supply some inputs and cannot be read, the merged state is unknown (merge_inputs), and
+/// that is lines_failed alone: a PDU that is received is not lost because of it.
 Reading pdu_lost(const FaultInputs& in) {
   if (!in.has_started) return unknown_reading;
   const Measured<PduState>& word = in.sensors->pdu_word;
@@ -107,8 +109,8 @@ Reading pdu_opened_by_itself(const FaultInputs& in) {
   return condition(in.flags.closing_is_commanded && (pdu->opened_by_timeout || in.flags.pdu_restarted),
                    in.sensors->pdu.taken_at);
 }
-/// Of a unit that is lost nothing is known; one without such a loop never reports it as open. Modules that sleep until
-/// the daemon has started have it open.
+/// Unknown while the PDU is lost and before the start is over; a PDU without such a loop never reports it as open.
+/// Modules that sleep until the daemon has started keep it open.
 Reading alarm_loop_open(const FaultInputs& in) {
   const PduState* pdu = pdu_of(in);
   if (!in.has_started || pdu == nullptr) return unknown_reading;
@@ -119,7 +121,7 @@ Reading emergency_stop(const FaultInputs& in) {
   first.element.input = 1;
   Reading second = input(in, &PduState::estop_2_released);
   second.element.input = 2;
-  // Those on lines of this machine are numbered behind the unit's two.
+  // Those on GPIO lines of this host are numbered after the PDU's two.
   return worse_of(worse_of(first, second), lines(in, &PduState::estops_pressed, 3));
 }
 Reading interlock_open(const FaultInputs& in) {
@@ -147,10 +149,10 @@ Reading insulation_driving_Ohm(const FaultInputs& in) {
   return {true, insulation_max_Ohm, {}, in.now};
 }
 
-/// A monitor that measures says so, again and again. After its start, or ours, it may take long to its first value;
-/// after that its silence is no start. The row's confirm time bears with a word or two. A first test that is waited
-/// for, which has an end of its own, says neither: nobody is lost by it, and nobody back. Of who has told a value, a
-/// test that comes later is a silence.
+/// A monitor that measures reports this repeatedly. After its start, or that of the daemon, the first value may take
+/// `first_value_max`; after the first value, an unknown value counts as lost. The row's confirm time tolerates one or
+/// two such reports. While a first self-test is awaited, which has a timeout of its own, the reading is unknown: it
+/// neither raises nor clears. In a monitor that has reported a value, a later self-test counts as lost.
 Reading insulation_monitor_lost(const FaultInputs& in) {
   constexpr Duration first_value_max = 20s;
   if (in.config->insulation.monitoring != InsulationMonitoring::measured) return condition(false, in.now);
@@ -188,7 +190,8 @@ Reading contactor_welded(const FaultInputs& in) {
   return condition(in.flags.contactor_welded != 0, in.now, {.contactor = in.flags.contactor_welded});
 }
 
-/// Contacts that say closed and a link that says otherwise: believed is the link. An open pack has nothing to follow.
+/// Auxiliary contacts that are closed and a DC link voltage that contradicts them: the voltage decides. False in an
+/// open pack.
 Reading link_not_following(const FaultInputs& in) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
@@ -201,8 +204,8 @@ Reading link_not_following(const FaultInputs& in) {
   return condition(apart_mV > link_apart_max_mV(pack.value, in.config->contactors), link.taken_at);
 }
 
-/// The other way round: everything is open, and the link stays where the pack is. No capacitor does that for long. Both
-/// are of the open pack, and taken together: a pack voltage from before it opened may be one under load.
+/// The opposite: all contactors are open, but the DC link stays at pack voltage, which no capacitor does for long. Both
+/// voltages are of the open pack and sampled together: a pack voltage from before the opening may be one under load.
 Reading link_not_discharging(const FaultInputs& in) {
   const Measured<std::int32_t>& pack = in.pack->pack_voltage_mV;
   const Measured<std::int32_t>& link = in.pack->link_voltage_mV;
@@ -216,14 +219,14 @@ Reading link_not_discharging(const FaultInputs& in) {
 
 // --- buses and the daemon itself ------------------------------------------------------------------------------------
 
-/// Silence was last seen otherwise when the last word came.
+/// Dated by the last values that the charger sent.
 Reading charger_silent(const FaultInputs& in) {
   const std::uint8_t unit = in.charger_watch != nullptr ? in.charger_watch->silent_unit() : std::uint8_t{0};
   if (unit == 0) return condition(false, in.now);
-  const bool is_there = unit <= in.chargers->unit_count();  // a recorded core may name one that this pack has not
+  const bool is_there = unit <= in.chargers->unit_count();  // a recorded core may name a unit that this pack lacks
   return condition(true, is_there ? in.chargers->unit(unit - 1U).values_at : TimePoint{});
 }
-/// By how much is asked of the watch itself: excess().
+/// The amount is given by ChargerWatch::excess().
 Reading charger_runaway(const FaultInputs& in) {
   const ChargerWatch* const watch = in.charger_watch;
   return condition(watch != nullptr && watch->runs_away(), watch != nullptr ? watch->runs_away_at() : in.now);
@@ -231,7 +234,7 @@ Reading charger_runaway(const FaultInputs& in) {
 Reading charger_keeps_on(const FaultInputs& in) {
   return condition(in.charger_watch != nullptr && in.charger_watch->keeps_on(), in.pack->current_mA.taken_at);
 }
-/// What a charger reports for want of a pack, of mains or of commands is none while nothing is asked of it.
+/// Reports of missing pack, mains or commands do not count while nothing is requested of the charger.
 Reading charger_trouble(const FaultInputs& in) {
   if (in.charger_watch == nullptr || !in.chargers->is_there()) return condition(false, in.now);
   const bool is_asked = in.charger_watch->is_asked(in.now, in.chargers->driver().settle);
@@ -240,14 +243,14 @@ Reading charger_trouble(const FaultInputs& in) {
 Reading charger_contradicts(const FaultInputs& in) {
   return condition(in.charger_watch != nullptr && in.charger_watch->contradicts(), in.now);
 }
-/// Once is enough to know; remembered for a while, so that a tick cannot miss it.
+/// A single command is proof enough; it counts for reporter_memory, so that a tick cannot miss it.
 Reading foreign_charger_command(const FaultInputs& in, bool while_plugged_in) {
   const bool is_plugged_in = in.charger_watch != nullptr && in.charger_watch->is_plugged_in();
   const bool is_asked = in.chargers != nullptr && is_plugged_in == while_plugged_in;
   const TimePoint at = is_asked ? in.chargers->foreign_command_at() : TimePoint{};
   return condition(at != TimePoint{} && in.now - at <= BusWatch::reporter_memory, at);
 }
-/// While nothing is plugged in nobody's command can hurt, and a pack that is driven may brake.
+/// While no charger is plugged in another master's command does no harm, and a driven pack must be able to brake.
 Reading foreign_charger_master(const FaultInputs& in) {
   return foreign_charger_command(in, true);
 }
@@ -265,7 +268,7 @@ Reading inverter_lost(const FaultInputs& in) {
 Reading inverter_trouble(const FaultInputs& in) {
   return condition(in.inverter != nullptr && in.inverter->has_trouble(in.now), in.now);
 }
-/// What it tells may be a full charge where ours allows none.
+/// The other battery may report full charge current where this one permits none.
 Reading foreign_battery(const FaultInputs& in) {
   if (in.inverter == nullptr) return condition(false, in.now);
   return condition(in.inverter->has_foreign_battery(in.now), in.inverter->foreign_at());

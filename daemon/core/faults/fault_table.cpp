@@ -41,9 +41,9 @@ namespace {
 using enum Reaction;
 using enum Sense;
 
-// Longest reactions by the project's budgets: voltage and current 450 ms, temperature 950 ms, a silent module 300 ms,
-// a silent sensor or PDU 300 ms, inputs at once. Ages and confirm times add up to less; temperatures also have to wait
-// for the half second in which a module samples them.
+// Maximum reaction times, from the budgets of the project: voltage and current 450 ms, temperature 950 ms, loss of a
+// module 300 ms, loss of the sensor or PDU 300 ms, inputs immediately. Maximum ages and confirm times add up to less;
+// temperatures also have to wait for the half second in which a module samples them.
 constexpr std::array<FaultRow, fault_count> table{{
     {.id = FaultId::cell_undervoltage,
      .name = "cell_undervoltage",
@@ -404,7 +404,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .latch = Latch::until_cleared,
      .outlives = Outlives::if_closed,
      .lithiumate_code = 3},
-    // The module latches it itself, until our clear command reaches it.
+    // Latched by the module itself, until it receives the daemon's clear command.
     {.id = FaultId::module_reports_fault,
      .name = "module_reports_fault",
      .meaning = "a module reports an overcharged cell or a failed self-test",
@@ -428,8 +428,9 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm_time = &ConfirmTimes::module_warning,
      .samples = 2,
      .reaction = warn},
-    // It measures, perhaps not everything and not yet well. A closed pack only meets one that has restarted, and
-    // watches every value it tells; an open one waits until it is done.
+    // A starting module measures, perhaps not everything and not yet accurately. In a closed pack this is a module that
+    // has restarted, and the daemon monitors every value that it reports; an open pack waits until the start is
+    // complete.
     {.id = FaultId::module_starting,
      .name = "module_starting",
      .meaning = "a module says that it is still starting",
@@ -438,7 +439,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 1s,
      .samples = 2,
      .reaction = refuse_close},
-    // Its silence is what opens a closed pack, a moment later; here is why.
+    // Shortly afterwards the receive timeout of the module opens a closed pack; this row gives the reason.
     {.id = FaultId::module_going_to_sleep,
      .name = "module_going_to_sleep",
      .meaning = "a module says that it is going to sleep, and nobody told it to",
@@ -453,7 +454,8 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 1s,
      .samples = 2,
      .reaction = warn},
-    // It drains its cell for ever and warms its board: nobody shall drive away from it, or leave it as it is.
+    // The switch drains its cell permanently and heats its board: the pack must not be driven off, or left in this
+    // state.
     {.id = FaultId::balancing_stays_on,
      .name = "balancing_stays_on",
      .meaning = "a balancing switch is on that was told to be off",
@@ -484,8 +486,9 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "check the module's cell wires and the pack file",
      .read = fault_readers::wrong_cell_count,
      .latch = Latch::until_cleared},
-    // They measure their cells truly, and a closed pack could not have got them: what is wrong is which cell is which,
-    // and what was remembered of it. Somebody who knows the wiring ends it: `bmuctl modules`.
+    // These modules measure their cells correctly, and a closed pack could not have got them: only the assignment of
+    // the cells is wrong, and the data saved for them. An operator who knows the wiring ends this fault: `bmuctl
+    // modules`.
     {.id = FaultId::module_exchanged,
      .name = "module_exchanged",
      .meaning = "a module is another one than the pack file names or than was there before",
@@ -499,7 +502,8 @@ constexpr std::array<FaultRow, fault_count> table{{
                "accept them where they are with `bmuctl modules accept`",
      .read = fault_readers::modules_swapped,
      .reaction = refuse_close},
-    // While open it keeps the pack from closing by itself; closed, the master still watches every cell.
+    // In an open pack the inhibit modules_not_set_up prevents closing; in a closed one the master still monitors every
+    // cell.
     {.id = FaultId::module_not_set_up,
      .name = "module_not_set_up",
      .meaning = "a module has not taken over the pack's limits",
@@ -653,7 +657,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .read = fault_readers::precharge_overcurrent,
      .latch = Latch::until_cleared,
      .lithiumate_code = 15},
-    // One flicker of an auxiliary contact is none of the contactor.
+    // A single flicker of an auxiliary contact is no movement of the contactor.
     {.id = FaultId::contactor_feedback,
      .name = "contactor_feedback",
      .meaning = "an auxiliary contact does not follow its command",
@@ -874,7 +878,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .remedy = "make room on the file system of the state file (as a service: /var/lib/bmud)",
      .read = fault_readers::disk_low,
      .reaction = warn},
-    // The module keeps both until a clear command reaches it, as it does its failed cells.
+    // The module latches both until it receives a clear command, as it does its failed cells.
     {.id = FaultId::front_end_supply_low,
      .name = "front_end_supply_low",
      .meaning = "supply undervoltage reported by a module's front end",
@@ -899,7 +903,7 @@ constexpr std::array<FaultRow, fault_count> table{{
      .confirm = 150ms,
      .samples = 2,
      .lithiumate_code = 3},
-    // As the loss of the module: what runs on the cells it watches ends without notice.
+    // Reaction as for module_lost: a module that runs on the cells that it monitors can stop without notice.
     {.id = FaultId::module_supply_lost,
      .name = "module_supply_lost",
      .meaning = "external supply of a module lost, the module runs on its own cells",
@@ -944,20 +948,20 @@ consteval bool every_row_reads() {
   }
   return true;
 }
-/// What a warning does goes with its cause: there is nothing to clear.
+/// The effect of a warning ends with its cause: there is nothing to clear.
 consteval bool warnings_do_not_latch() {
   for (const FaultRow& row : table) {
     if (row.reaction == warn && row.latch != Latch::none) return false;
   }
   return true;
 }
-/// What concerns one direction of current only forbids it: permission.cpp counts on that.
+/// A row that affects one direction of current only inhibits that current: permission.cpp relies on this.
 consteval bool one_direction_is_forbidden() {
   return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;
   });
 }
-/// What lets a current fall by a grace needs no second wait.
+/// A row with a grace lets the current fall already and needs no second wait.
 consteval bool only_openings_wait() {
   return std::all_of(table.begin(), table.end(),
                      [](const FaultRow& row) { return !row.waits_above_rating || row.reaction == open_now; });

@@ -1,18 +1,19 @@
-// Every fault the daemon knows: what it watches, how long it must last, what it does, how it goes away. Rows, no code.
+// Table of all faults: quantity, debounce time, reaction and clearing of each. Rows, no code.
 //
-// A row's `read` (fault_readers.hpp) gives the one number it judges and where it comes from; the threshold is in the
-// configuration, or 1 for rows that are simply true or not. The same table prints the faults page
-// (docs/faults.md) and drives the tests all faults inherit.
+// `read` of a row (fault_readers.hpp) returns the one number that is compared and its origin; the threshold is in the
+// configuration, or 1 for rows with a true-or-false condition. The same table prints the faults page (docs/faults.md)
+// and drives the tests common to all faults.
 //
-//   reaction            how bad it is, and so what a confirmed fault does
-//   warn                nothing but being told
+//   reaction            severity, and thus the effect of a confirmed fault
+//   warn                reported only
 //   refuse_close        a closed pack stays closed, an open one stays open
-//   open_after_grace    limits go to zero at once; permission goes when the current has fallen or the grace is over
-//   open_now            permission goes in the same tick
+//   open_after_grace    limits go to zero immediately; permission ends when the current has fallen or the grace elapsed
+//   open_now            permission ends in the same tick
 //
-//   concerns            which current it forbids
+//   concerns            the current that it inhibits
 //   all                 any: the main contactors open
-//   charge              charging: the charge contactor opens; the main contactors too when nothing but a charger asks
+//   charge              charging: the charge contactor opens; the main contactors too if only a charger requests the
+//                       pack to be closed
 //   discharge           discharging: the main contactors open, but a charger may close them again (BMS_F.10)
 #pragma once
 
@@ -57,7 +58,7 @@ enum class FaultId : std::uint8_t {
   discharge_not_allowed,
   charge_not_allowed,
   current_while_open,
-  // one measurement against another
+  // plausibility between measurements
   pack_voltage_mismatch,
   module_voltage_mismatch,
   stuck_values,
@@ -142,7 +143,7 @@ enum class FaultId : std::uint8_t {
   clock_jump,
   memory_low,
   disk_low,
-  // modules and their unit, second part
+  // modules and PDU, second part
   front_end_supply_low,
   front_end_overtemperature,
   front_end_faults_missing,
@@ -154,19 +155,19 @@ static_assert(fault_count <= stricter_reactions_max);
 
 enum class Reaction : std::uint8_t { warn, refuse_close, open_after_grace, open_now };
 enum class Latch : std::uint8_t {
-  none,              // gone when its cause has been gone long enough
-  until_cleared,     // needs a clear command on top, and only then
-  until_authorised,  // needs the clear command of somebody who may: the pack has to be looked at first
+  none,              // clears when its cause has been gone long enough
+  until_cleared,     // also requires a clear command, effective only once the cause is gone
+  until_authorised,  // requires an authorised clear: the pack has to be inspected first
 };
-/// Whether a latch outlives the daemon.
+/// Whether a latch persists over a restart of the daemon.
 enum class Outlives : std::uint8_t {
   always,
-  if_closed,  // what is also seen when modules, sensors and monitor lose their supply: only if the pack was closed and
-              // nobody had told the daemon to end. What lasts is found again after a start.
+  if_closed,  // for faults that also occur when modules, sensors and monitor lose their supply: only if the pack was
+              // closed and the daemon not shutting down. A persisting cause is detected again after a start.
 };
 enum class Concerns : std::uint8_t { all, charge, discharge };
 enum class Sense : std::uint8_t { at_or_above, at_or_below };
-/// What a module is asked again for, at once and alone, while a value of it is suspected.
+/// Values for which a module is repolled, immediately and by a single poll, while one of them is pending.
 enum class AskAgain : std::uint8_t { no, cells, temperatures };
 
 [[nodiscard]] std::string_view to_text(Reaction reaction);
@@ -181,26 +182,26 @@ struct CoreFlags {
   bool loop_gap_seen = false;
   bool tick_was_late = false;
   bool frames_lost_seen = false;
-  std::uint8_t contactor_not_following = 0;  // 1 + ContactorId; contactor_watch
+  std::uint8_t contactor_not_following = 0;  // 1 + ContactorId, from contactor_watch; 0: none
   std::uint8_t contactor_welded = 0;         // 1 + ContactorId
   bool closing_is_commanded = false;         // some contactor, in the last command
-  bool pdu_restarted = false;                // its counter does not go on where it was
-  TimePoint closed_since{};                  // the sequence stands at closed; zero: it does not
-  TimePoint open_since{};                    // nothing is commanded closed; zero: something is
-  TimePoint charge_forbidden_since{};        // while closed; zero: it is allowed
+  bool pdu_restarted = false;                // its counter is discontinuous
+  TimePoint closed_since{};                  // the sequence is in phase closed; zero: it is not
+  TimePoint open_since{};                    // no contactor is commanded closed; zero: at least one is
+  TimePoint charge_forbidden_since{};        // while closed; zero: charging is allowed
   TimePoint discharge_forbidden_since{};
   bool is_driving = false;             // closed for the vehicle
-  bool command_not_on_bus = false;     // our own commands have not been seen on the bus for too long
-  bool lines_failed = false;           // the GPIO lines of this machine
-  bool sensor_not_set_up = false;      // the current sensor's settings are not what is wanted, or it does not tell them
-  bool insulation_untested = false;    // the monitor on a bus tells values and has not tested itself
-  std::uint8_t module_not_set_up = 0;  // node of the first that has not taken our limits
-  std::uint8_t balancing_refused = 0;  // node of the first that refused its minutes or did not answer
+  bool command_not_on_bus = false;     // contactor commands of this node have not been echoed for too long
+  bool lines_failed = false;           // the GPIO lines of this host
+  bool sensor_not_set_up = false;      // settings of the current sensor differ from the pack file, or are not reported
+  bool insulation_untested = false;    // the insulation monitor on a bus reports values without a self-test
+  std::uint8_t module_not_set_up = 0;  // node of the first module that has not acknowledged the cell limits
+  std::uint8_t balancing_refused = 0;  // node of the first module that refused its command or did not respond
   bool clock_jumped = false;           // the wall clock against the monotonic one, since the last tick
   OwnHealth health;
 };
 
-/// All that rows may look at.
+/// All inputs of the fault readers.
 struct FaultInputs {
   TimePoint now{};
   const CoreConfig* config = nullptr;
@@ -208,53 +209,53 @@ struct FaultInputs {
   const ModuleTable* modules = nullptr;
   const SensorTable* sensors = nullptr;
   const Watchers* watchers = nullptr;
-  Reading soc_disagreement_permille;  // of the cell with most of it; 1000: as far as the methods allow (PackEstimate)
-  Reading cell_misfit_permille;       // 1000: it is none of its model's
+  Reading soc_disagreement_permille;  // of the worst cell; 1000: the combined uncertainty of two methods (PackEstimate)
+  Reading cell_misfit_permille;       // of the worst cell; 1000: it does not match its cell model
   CoreFlags flags;
   const SecondPack* second_pack = nullptr;
   const ChargerTable* chargers = nullptr;
-  const ChargerWatch* charger_watch = nullptr;  // with a charger table, or not at all
+  const ChargerWatch* charger_watch = nullptr;  // set only together with a charger table
   const InverterWatch* inverter = nullptr;
-  bool has_started = false;  // first complete view seen, or the time to get one is over: "not yet" is not "lost"
+  bool has_started = false;  // all data received once, or the start grace is over; until then nothing is lost
 };
 
 struct FaultRow {
   FaultId id;
-  std::string_view name;     // stable, for machines
-  std::string_view meaning;  // for people
-  std::string_view remedy;   // what they may do
+  std::string_view name;     // stable identifier
+  std::string_view meaning;  // text for operators
+  std::string_view remedy;   // action for operators
   Unit unit = Unit::none;
   Sense sense = Sense::at_or_above;
   Reading (*read)(const FaultInputs&) = nullptr;
-  LimitConfig LimitsConfig::*limit = nullptr;      // from the configuration; without: true or not, threshold 1
-  Duration ConfirmTimes::*confirm_time = nullptr;  // where there is no limit, from the configuration ...
+  LimitConfig LimitsConfig::*limit = nullptr;      // from the configuration; null: a condition, threshold 1
+  Duration ConfirmTimes::*confirm_time = nullptr;  // without a limit, from the configuration ...
   Duration confirm{};                              // ... or the same for every pack
   Duration clear = 1s;
-  std::uint8_t samples = 1;  // distinct samples beyond the threshold that it takes; 1: time alone decides
-  /// A warning takes as much evidence as the fault. For readings that compare samples of different instants: a step of
-  /// the load moves one sample and not the other, and such a reading is too high until the current of the step arrives.
+  std::uint8_t samples = 1;  // distinct samples beyond the threshold required to confirm; 1: time alone decides
+  /// A warning is debounced as long as the fault. For readings that compare samples of different instants: a load step
+  /// changes one sample and not the other, and such a reading is too high until the current of the step arrives.
   bool confirms_warning = false;
   AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
-  /// Of what opens at once: more current than the contactors break may fall first, for `break_wait_max` at most
-  /// (permission.hpp), where the pack file says what they break. For faults of current and cell voltage, which a short
-  /// causes: nothing else waits.
+  /// For rows with open_now: a current above the breaking capacity of the contactors may fall first, for
+  /// `break_wait_max` at most (permission.hpp), if the pack file gives that capacity. For faults of current and cell
+  /// voltage, which a short circuit causes; no other fault waits.
   bool waits_above_rating = false;
   Latch latch = Latch::none;
-  Outlives outlives = Outlives::always;  // for what latches
+  Outlives outlives = Outlives::always;  // for rows that latch
   Concerns concerns = Concerns::all;
-  /// While a charger is plugged in nobody closes, whomever the fault concerns: it is the charger that would be
-  /// connected.
+  /// While a charger is plugged in no request closes the pack, whichever current the fault affects: closing would
+  /// connect the charger.
   bool bars_while_plugged_in = false;
   std::uint8_t dtc = 0;  // trouble code in 622h, dialect iha: 1 poor cell, 2 poor battery, 3 too cold to charge
   std::uint8_t lithiumate_code = 0;  // stored fault code of the dialect elithion, 0 none
 
-  /// Judges a number against thresholds, not a mere condition.
+  /// The row compares a number with configured thresholds, not a condition.
   [[nodiscard]] constexpr bool has_limit() const { return limit != nullptr; }
 };
 
-/// Whether a fault concerns this direction of current, alone or with everything.
+/// Whether a fault affects this direction of current, alone or together with the other.
 [[nodiscard]] constexpr bool is_about(const FaultRow& row, Concerns direction) {
   return row.concerns == Concerns::all || row.concerns == direction;
 }
@@ -263,17 +264,17 @@ struct FaultRow {
 [[nodiscard]] const std::array<FaultRow, fault_count>& fault_table();
 [[nodiscard]] const FaultRow& row_of(FaultId id);
 
-/// What a confirmed fault does to a pack.
+/// Effective reaction of a confirmed fault.
 struct FaultReaction {
   Reaction reaction = Reaction::open_now;
   Duration grace{};          // exactly for open_after_grace
-  bool is_stricter = false;  // by the pack file
+  bool is_stricter = false;  // set by the pack file
 };
 /// The row's own reaction, or the stricter one of the pack file.
 [[nodiscard]] FaultReaction reaction_of(const FaultRow& row, const StricterReactions& stricter);
 
-/// The strictest reaction that a pack file may give the row. One sample alone opens nothing: a limit that is judged by
-/// one at most refuses to close.
+/// The strictest reaction that a pack file may give the row. A single sample must not open the contactors: a row with a
+/// limit that one sample confirms at most refuses to close.
 [[nodiscard]] Reaction strictest_reaction(const FaultRow& row);
 
 }  // namespace bmu

@@ -14,7 +14,7 @@ struct CauseRow {
   WrongKey key;
 };
 
-// What comes first explains more.
+// The first matching row counts: it explains more than the later ones.
 constexpr std::array cause_table{
     CauseRow{FaultId::module_lost, WrongKey::buses},
     CauseRow{FaultId::pdu_lost, WrongKey::buses},

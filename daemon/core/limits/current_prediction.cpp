@@ -8,11 +8,11 @@ namespace bmu {
 namespace {
 
 constexpr double doubt_sigmas = 2.0;
-/// Nobody knows how this cell differs from its model: that is how far cells of a kind and their ageing go apart.
+/// Used while the deviation of a cell from its model is unknown: spread of cells of a kind and of their ageing.
 constexpr double resistance_sigma_unknown = 0.25;
 constexpr double resistance_share_min = -0.9;
 constexpr double resistance_share_max = 9.0;
-/// So close to the largest current that is allowed is close enough.
+/// Sufficient accuracy, as a share of the largest permitted current.
 constexpr double good_enough_share = 1e-4;
 
 bool is_at_least_0(double value) {
@@ -23,7 +23,7 @@ bool has_row(const CellDynamics& cell, const CellForecastInput& input) {
   return !cell.rows.empty() && is_measured(input.temperature_C);
 }
 
-/// How far what settles with this time constant has settled after so long, 0 to 1.
+/// Share to which a quantity with this time constant has settled after a time, 0 to 1.
 double settled_share(double time_s, double time_constant_s) {
   return -std::expm1(-time_s / time_constant_s);
 }
@@ -59,7 +59,7 @@ CellForecast::CellForecast(const CellDynamics& cell, const CellDynamics::Row& ro
   const bool knows_soc = input.soc.is_known && is_measured(input.soc.soc) && is_at_least_0(input.soc.sigma);
   constexpr double middle = 0.5;
   const double believed_soc = knows_soc ? std::clamp(input.soc.soc, 0.0, 1.0) : middle;
-  // Of the state of charge: two standard deviations.
+  // Uncertainty of the state of charge: two standard deviations.
   const double doubt = knows_soc ? doubt_sigmas * input.soc.sigma : middle;
   const bool knows_share = is_measured(input.resistance_share);
   const double share =
@@ -78,7 +78,7 @@ CellForecast::Start CellForecast::start(double soc) const {
   return {.soc = soc, .point = at(*row_, soc)};
 }
 
-/// What the pairs add until the end of the horizon, where that is something bad.
+/// Contribution of the RC elements until the end of the horizon, where it is adverse.
 double CellForecast::pairs_V(const Question& question, const CellPoint& from, const CellPoint& to,
                              double current_A) const {
   const double now_A = question.sign * input_.current_A;
@@ -92,7 +92,7 @@ double CellForecast::pairs_V(const Question& question, const CellPoint& from, co
   return sum_V;
 }
 
-/// By how much the room grows, or shrinks, until the end of the horizon: without the present room.
+/// Change of the margin until the end of the horizon, without the present margin.
 double CellForecast::change_V(const Question& question, const Start& start, const ForecastHorizon::Flow& flow) const {
   const double sign = question.sign;
   const CellPoint& from = start.point;
@@ -115,8 +115,8 @@ double CellForecast::room_V(const Question& question, double current_A) const {
   return question.present_V + std::min(change_V(question, believed_, flow), change_V(question, question.doubted, flow));
 }
 
-/// The room falls as the current rises. False position with the Illinois rule, and every third step in the middle, so
-/// that no shape of the curve holds it up.
+/// The margin falls as the current rises. False position with the Illinois rule, and every third step in the middle, so
+/// that no shape of the curve delays it.
 double CellForecast::most_A(const ForecastBound& bound, double sign) const {
   const bool is_bound = is_measured(bound.voltage_V) && is_measured(bound.horizon.s()) && bound.horizon.s() > 0.0;
   if (!is_known_ || !is_bound || !is_at_least_0(bound.at_most_A)) return 0.0;

@@ -14,12 +14,12 @@ std::int64_t way_uA(std::int32_t rate_mA_per_s, Duration passed) {
   return rate_mA_per_s * (passed / 1us) / uA_per_mA;
 }
 
-/// Not a matter of comfort: nothing may flow from this moment on. And what is measured by a step has to be one.
+/// Protection: no current may flow from this instant on. And a pause for a measurement by a step has to be a step.
 bool falls_at_once(const CurrentLimit& target) {
   return target.limit_mA == 0 && (is_protection(target.cause) || target.cause == LimitCause::measuring);
 }
 
-/// What the target must be above the limit for it to begin to rise. Of what is not measured nothing is noise.
+/// Minimum distance of the target above the limit for a rise to start. A cause that is not measured has no noise.
 std::int64_t band_uA(const CurrentLimit& target) {
   constexpr std::int64_t parts = 20;
   return is_measured_cause(target.cause) ? target.unhindered_mA * uA_per_mA / parts : 0;
@@ -49,7 +49,7 @@ CurrentLimit LimitRamp::follow(const CurrentLimit& target, Duration since, const
     limit_uA_ += rates.fall_mA_per_s == 0 ? above_uA : std::max(above_uA, -way_uA(rates.fall_mA_per_s, passed));
   }
   const bool is_on_its_way_up = is_rising && limit_uA_ < target_uA;
-  if (!is_on_its_way_up && is_rising) worth_for_ = Duration{};  // it is there
+  if (!is_on_its_way_up && is_rising) worth_for_ = Duration{};  // target reached
   CurrentLimit limit = is_on_its_way_up ? rising_to(target) : target;
   limit.limit_mA = static_cast<std::int32_t>(limit_uA_ / uA_per_mA);
   return limit;

@@ -48,7 +48,7 @@ namespace {
 enum class Watched : std::uint8_t { min, max, width };
 enum class Direction : std::uint8_t { discharge, charge, both };
 
-/// One reason to lower a current limit: what it watches, and which directions it concerns.
+/// One reason to lower a current limit: the monitored value, and the directions it concerns.
 struct DeratingRow {
   LimitCause cause;
   LimitConfig LimitsConfig::*limit;
@@ -79,12 +79,12 @@ constexpr std::array<DeratingRow, 9> derating_table{{
 }};
 
 constexpr std::int64_t all_permille = 1'000;
-/// Half of the peak may be used at full height, then comes the slope down to the continuous current. It ends before
-/// everything is used up: who draws exactly what is allowed comes to rest there, and never reaches the fault.
+/// Half of the peak may be used at full height, then it falls linearly to the continuous current. That ends before
+/// everything is used up: a draw of exactly the permitted current settles there, and never reaches the fault.
 constexpr std::int64_t full_peak_until_permille = 500;
 constexpr std::int64_t no_peak_from_permille = 900;
 
-/// 1000 where the derating begins and before, 0 at the opening threshold and beyond, a straight line between.
+/// 1000 up to the start of the derating, 0 from the opening threshold on, linear in between.
 std::int64_t share_permille(std::int64_t value, const LimitConfig& limit, bool is_lower_limit) {
   const std::int64_t span = std::llabs(std::int64_t{limit.derates_from()} - limit.open);
   const std::int64_t room = is_lower_limit ? value - limit.open : limit.open - value;
@@ -101,14 +101,14 @@ CurrentLimit zero(LimitCause cause) {
   return {.limit_mA = 0, .cause = cause};
 }
 
-// --- the four questions ---------------------------------------------------------------------------------------------
+// --- the four limits ------------------------------------------------------------------------------------------------
 
 struct Bound {
   std::int32_t CurrentBounds::*continuous_mA;
   std::int32_t CurrentBounds::*peak_mA;
 };
 
-/// One direction, as the configuration and the inputs have it.
+/// One direction: its members of the configuration and of the inputs.
 struct Side {
   Direction direction;
   Bound bound;
@@ -151,7 +151,7 @@ constexpr Side charge_side{Direction::charge,
                            LimitCause::full,
                            LimitCause::voltage_would_rise};
 
-/// A direction for a length of time.
+/// A direction and a duration.
 struct Question {
   const PackState& pack;
   const CoreConfig& config;
@@ -161,9 +161,9 @@ struct Question {
   const PredictedLimit& predicted;
 };
 
-// --- what the current may be whatever the cells are ----------------------------------------------------------------
+// --- limits that do not depend on the cells' state -----------------------------------------------------------------
 
-/// What there is if nothing speaks against it: the peak, and less of it the more is used up.
+/// Limit without any other cause: the peak, less the more of it is used up.
 CurrentLimit unhindered(std::int32_t continuous_mA, std::int32_t peak_mA, std::int64_t used_permille) {
   if (peak_mA <= continuous_mA) return {.limit_mA = continuous_mA, .cause = LimitCause::continuous};
   if (used_permille <= full_peak_until_permille) return {.limit_mA = peak_mA, .cause = LimitCause::peak};
@@ -188,14 +188,14 @@ void lower_to(CurrentLimit& limit, const CurrentLimit& other) {
   if (other.limit_mA < limit.limit_mA) limit = other;
 }
 
-/// A bound of 0 is none.
+/// A bound of 0 is no bound.
 void lower_to_bound(CurrentLimit& limit, const Question& question, const CurrentBounds& most, CurrentLimit bound) {
   bound.limit_mA = most.*(question.is_for_long ? question.side.bound.continuous_mA : question.side.bound.peak_mA);
   if (bound.limit_mA > 0) lower_to(limit, bound);
 }
 
-/// More current than is good asks for less. Without a tier of its own the limit of a current says nothing before it
-/// opens: its warning lies above what is allowed anyway.
+/// Lowers the limit by a current above the permitted one. Without a tier of its own the threshold of a current has no
+/// effect before it opens: its warning lies above the permitted current anyway.
 void lower_for_current(CurrentLimit& limit, const Question& question, std::int32_t unhindered_mA) {
   const LimitConfig& config = question.config.limits.*question.side.overcurrent;
   if (!config.limit.has_value() || !question.pack.current_mA.is_valid()) return;
@@ -220,7 +220,7 @@ void lower_for_prediction(CurrentLimit& limit, const Question& question, std::in
                    .unhindered_mA = unhindered_mA});
 }
 
-/// The parts, the user, the voltages to come, and the heat of all of them.
+/// Limit by the components, the user, the predicted voltages, and the excess heat of all components.
 CurrentLimit bearable(const Question& question, const CurrentLimit& top) {
   CurrentLimit limit = top;
   for (std::size_t part = 0; part < question.config.component_limits.size(); ++part) {
@@ -236,7 +236,7 @@ CurrentLimit bearable(const Question& question, const CurrentLimit& top) {
   return limit;
 }
 
-// --- what the cells' state leaves of it ----------------------------------------------------------------------------
+// --- derating by the cells' state ----------------------------------------------------------------------------------
 
 void lower_for_row(CurrentLimit& limit, const Question& question, const DeratingRow& row, std::int32_t unhindered_mA) {
   const LimitConfig& config = question.config.limits.*row.limit;
@@ -254,7 +254,7 @@ void lower_for_row(CurrentLimit& limit, const Question& question, const Derating
                    .unhindered_mA = unhindered_mA});
 }
 
-/// A place on a table, and who is there.
+/// A position on a table, and the cell that has it.
 struct Place {
   std::int32_t at;
   LimitCause cause;
@@ -289,7 +289,7 @@ void lower_for_tables(CurrentLimit& limit, const Question& question, std::int32_
   }
 }
 
-/// The straight lines and the tables.
+/// Linear deratings and tables.
 CurrentLimit derated(const Question& question, const CurrentLimit& top) {
   const Direction other = question.side.direction == Direction::charge ? Direction::discharge : Direction::charge;
   CurrentLimit limit = top;
@@ -300,7 +300,7 @@ CurrentLimit derated(const Question& question, const CurrentLimit& top) {
   return limit;
 }
 
-/// At a threshold there is nothing left to limp on: what is behind it opens.
+/// At a threshold no limp-home current is left, because the pack opens beyond it.
 bool is_at_threshold(const CurrentLimit& limit) {
   return limit.limit_mA == 0 && is_protection(limit.cause);
 }

@@ -12,7 +12,7 @@ namespace {
 constexpr double uV_per_V = 1e6;
 constexpr double mA_per_A = 1e3;
 
-/// Where a voltage is held, so that it does not come to its opening threshold.
+/// Voltage at which a cell is held, so that it does not reach its opening threshold.
 std::int32_t held_uV(const LimitConfig& limit) {
   constexpr std::int64_t all_permille = 1'000;
   const std::int64_t way_uV = std::int64_t{limit.derates_from()} - limit.open;

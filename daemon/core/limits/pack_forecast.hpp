@@ -1,16 +1,15 @@
-// What the voltages of all cells will bear, in both directions, for a moment and for long: asks each cell
-// (current_prediction.hpp) and keeps the smallest answers and whose they are.
+// Current limits by the predicted voltages of all cells, in both directions, for the peak and for continuous current:
+// queries each cell (current_prediction.hpp) and keeps the smallest results with their cells.
 //
 //   PackForecast forecast(cell, config);
 //   for each cell: forecast.add({.voltage_V = ..., ...}, element);
 //   evaluate_limits(pack, config, {..., .predicted = forecast.limits()});
 //
-// Voltages are held before their opening thresholds, by a quarter of the way from where the straight line of the limit
-// begins: what is not sure of a prediction, and a charger that hears of a limit once a second, stay on this side of
-// what opens.
+// Voltages are held before their opening thresholds, by a quarter of the way to where the linear derating starts, so
+// that neither the uncertainty of a prediction nor a charger that receives a limit once a second leads to an opening.
 //
-// Each question is asked of a cell only up to what the cells before it left: where no cell is near its bounds that
-// costs three looks at the model a cell, and two for each of the four questions.
+// Each query of a cell only goes up to the result of the cells before it: where no cell is near its bounds that costs
+// three evaluations of the model a cell, and two for each of the four queries.
 #pragma once
 
 #include <array>
@@ -23,12 +22,12 @@
 
 namespace bmu {
 
-/// In permille of the way from `derates_from` to `open`, seen from `open`.
+/// In permille of the way from `open` to `derates_from`.
 inline constexpr std::int32_t forecast_holds_back_permille = 250;
 
-/// All that is known of a cell whose state nobody estimates: what was measured, and the states of charge that the model
-/// finds possible with it, be its pairs at rest or settled, its hysteresis on either side, and the model off by what it
-/// says it may be. Cost: some 40 looks at the model.
+/// State of a cell without an estimate: the measured values, and the states of charge that the model permits with them,
+/// its RC elements at rest or settled, its hysteresis on either side, and the model off by two standard deviations of
+/// its error. Cost: some 40 evaluations of the model.
 [[nodiscard]] CellForecastInput measured_only(const CellDynamics& cell, double voltage_V, double current_A,
                                               double temperature_C);
 
@@ -37,15 +36,15 @@ class PackForecast {
   /// `cell` must outlive this.
   PackForecast(const CellDynamics& cell, const CoreConfig& config);
 
-  /// A cell of which nothing can be said makes the answer incomplete.
+  /// Adds a cell. One that cannot be predicted makes the result incomplete.
   void add(const CellForecastInput& input, const Element& element);
 
-  /// Not known before the first cell of which something could be said.
+  /// Not known before the first cell that can be predicted.
   [[nodiscard]] const PredictedLimits& limits() const { return limits_; }
 
  private:
   const CellDynamics& cell_;
-  std::array<ForecastBound, 4> bounds_;   // each question's
+  std::array<ForecastBound, 4> bounds_;   // one for each query
   Memo<double, CellDynamics::Row> rows_;  // by temperature
   PredictedLimits limits_;
 };

@@ -39,9 +39,9 @@ void PackForecaster::ask_estimated(const ForecasterInputs& in, const CoreConfig&
   keep(forecast.limits(), in.now, measured_at);
 }
 
-/// The current of a picture is known a sample of the sensor later; until then the forecast before it holds.
+/// The current of a sample set is known one sensor sample later; until then the previous prediction remains valid.
 void PackForecaster::ask_measured(const ForecasterInputs& in, const CoreConfig& config) {
-  constexpr Duration apart_max = 100ms;  // of a sample of the current from the picture
+  constexpr Duration apart_max = 100ms;  // of a sample of the current from the sample set
   const Spread& cells = in.pack->cell_voltage_uV;
   const Spread& temperatures = in.pack->cell_temperature_dC;
   const CellDynamics& model = in.estimate->model();

@@ -1,10 +1,10 @@
-// What the voltages will bear (pack_forecast.hpp), anew with each picture of them.
+// Current limits by the predicted voltages (pack_forecast.hpp), updated with each sample set.
 //
-// Where the cells are estimated each is asked with all that is known of it. Until then they count as alike: the lowest
-// is the first that would fall too low, and the highest the first that would rise too high. A picture that has become
-// too old (ages.cell_voltage) says nothing any more, and the answer is incomplete.
+// Where the cells are estimated each is queried with its complete state. Until then they count as equal: the lowest is
+// the first that would fall too low, and the highest the first that would rise too high. A stale sample set
+// (ages.cell_voltage) is not used, and the result is incomplete.
 //
-// Cost: two comparisons on most ticks; with each picture PackForecast::add() for each cell. Pure, no allocation.
+// Cost: two comparisons on most ticks; with each sample set PackForecast::add() for each cell. Pure, no allocation.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace bmu {
 
-/// None of them may be missing.
+/// Precondition: all are set.
 struct ForecasterInputs {
   TimePoint now{};
   const PackEstimate* estimate = nullptr;
@@ -31,11 +31,11 @@ class PackForecaster {
   /// Once a tick, after the estimate.
   void update(const ForecasterInputs& in, const CoreConfig& config);
 
-  /// Not known before the first picture, and where the cell file has no tables.
+  /// Not known before the first sample set, and where the cell file has no tables.
   [[nodiscard]] const PredictedLimits& limits() const { return limits_; }
 
  private:
-  /// When the lowest and the highest cell were measured.
+  /// Sample times of the lowest and the highest cell.
   using MeasuredAt = std::array<TimePoint, 2>;
 
   void ask_estimated(const ForecasterInputs& in, const CoreConfig& config);

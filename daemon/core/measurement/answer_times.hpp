@@ -1,10 +1,10 @@
-// How long a module takes from the POLL to the last frame of its answer, over the daemon's life: numbers of fixed size,
-// so that a module that becomes slow or unsteady is seen before it is lost.
+// Time from the POLL to the last frame of a module's answer, over the session: statistics of fixed size, so that a
+// module that becomes slow or irregular is detected before it is lost.
 //
 //   last, worst, mean    of all complete answers
-//   jitter               how far one answer is from the one before it, smoothed: j += (|difference| - j) / 16, the
+//   jitter               difference between consecutive answers, smoothed: j += (|difference| - j) / 16, the
 //                        interarrival jitter of RFC 3550, section 6.4.1
-//   within               how many answers took no longer than each of `bounds`; percentiles are read from it
+//   within               number of answers up to each of `bounds`; percentiles are read from it
 //
 // Cost: a few compares an answer, about 100 bytes a module.
 #pragma once
@@ -20,7 +20,8 @@ namespace bmu {
 
 class AnswerTimes {
  public:
-  /// An answer belongs to the first bound that it does not pass; beyond the last there is one more place.
+  /// An answer belongs to the first bound that is not less than its time; the last place is for times beyond all
+  /// bounds.
   static constexpr std::array<Duration, 8> bounds{2ms, 5ms, 10ms, 20ms, 30ms, 50ms, 100ms, 200ms};
   using Counts = std::array<std::uint32_t, bounds.size() + 1>;
 
@@ -45,8 +46,8 @@ class AnswerTimes {
   [[nodiscard]] constexpr Duration mean() const {
     return count_ == 0 ? Duration{} : sum_ / static_cast<std::int64_t>(count_);
   }
-  /// The least bound that at least so many of a thousand answers kept, or the worst answer if that is less: 950 is the
-  /// time that 95 % of them took no longer than. Zero without an answer.
+  /// Minimum bound that this share of the answers did not exceed, or the worst answer if that is less: 950 gives the
+  /// 95th percentile. Zero without an answer.
   [[nodiscard]] constexpr Duration within(std::uint64_t permille) const {
     std::uint64_t kept = 0;
     for (std::size_t place = 0; place < bounds.size(); ++place) {

@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// A bus with other traffic, and a tick.
+/// Maximum delay: other traffic on the bus, and a tick.
 constexpr Duration lateness_max = 100ms;
 
 Duration silence_of(Duration period) {
@@ -38,7 +38,7 @@ bool ChargerTable::observe(const CanFrame& frame, TimePoint at) {
   }
   const ChargerNews news = driver().take(frame, reports);
   if (news.word == ChargerWord::none) return false;
-  if (news.unit >= unit_count()) return true;  // a unit that the pack file does not have
+  if (news.unit >= unit_count()) return true;  // a unit that is not in the pack file
   ChargerUnit& unit = units_[news.unit];
   if (news.word == ChargerWord::refused) {
     ++unit.frames_refused;

@@ -1,6 +1,6 @@
-// How much the current has changed lately: what a difference between two voltages that were not taken at the same
-// moment may come from, and which current belongs to a voltage: that of the same moment. Lowest and highest sample of
-// each 10 ms, and the last of them with its time, for the last 640 ms and more.
+// Recent current samples: minimum and maximum of each 10 ms, and the last sample with its time, for at least the last
+// 640 ms. Used to explain the difference between two voltages that were sampled at different times, and to find the
+// current at the sample time of a voltage.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ class CurrentWindow {
     buckets_[head_] = {true, at, current_mA, current_mA, current_mA, at};
   }
 
-  /// The current at a moment: on the straight line between the samples on either side of it. Not known without both, or
-  /// if either is further away than `apart_max`.
+  /// The current at an instant, linearly interpolated between the samples on either side of it. Unknown without both,
+  /// or if either is further away than `apart_max`.
   [[nodiscard]] std::optional<std::int32_t> at(TimePoint moment, Duration apart_max) const {
     const Bucket* after = nullptr;
     for (std::size_t back = 0; back < buckets_.size(); ++back) {
@@ -56,7 +56,7 @@ class CurrentWindow {
     return std::nullopt;
   }
 
-  /// Lowest and highest of the buckets that reach into the time from `from` to `to`. Not known without any.
+  /// Minimum and maximum of the buckets that overlap the time from `from` to `to`. Unknown without any.
   [[nodiscard]] CurrentRange range(TimePoint from, TimePoint to) const {
     CurrentRange found;
     for (std::size_t back = 0; back < buckets_.size(); ++back) {
@@ -70,8 +70,8 @@ class CurrentWindow {
     return found;
   }
 
-  /// As `range`, with the last samples before `from` and the first behind `to`: what flowed in all of that time lies
-  /// between them. Not known without both.
+  /// As `range`, including the last samples before `from` and the first after `to`: the current in that whole time lies
+  /// between them. Unknown without both.
   [[nodiscard]] CurrentRange span(TimePoint from, TimePoint to) const {
     const Bucket* behind = nullptr;
     for (std::size_t back = 0; back < buckets_.size(); ++back) {
@@ -85,7 +85,7 @@ class CurrentWindow {
     return {};
   }
 
-  /// Highest less lowest sample from `since` on, and from the last moment before it. 0 without samples.
+  /// Maximum minus minimum of the samples from `since` on, including the bucket before it. 0 without samples.
   [[nodiscard]] std::int64_t swing_mA(TimePoint since) const {
     std::int32_t min_mA = buckets_[head_].min_mA;
     std::int32_t max_mA = buckets_[head_].max_mA;

@@ -91,7 +91,7 @@ InsulationWord InsulationTable::word(TimePoint now) const {
   return config_.has_pulse_line ? word_of_pulses(now) : word_of_reports(now);
 }
 
-/// Each period is a sample of its own, taken when it ended.
+/// Each period is a sample of its own, taken at its end.
 InsulationWord InsulationTable::word_of_pulses(TimePoint now) const {
   const ir155::Pwm pwm = pulses(now);
   const ir155::Reading reading = ir155::decode(pwm);

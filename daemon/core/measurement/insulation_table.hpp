@@ -1,23 +1,23 @@
-// What an insulation monitor that is heard itself last said, and what follows from it; instead of the power
-// distribution unit's word on its monitor.
+// State of an insulation monitor that the daemon reads directly, instead of the state that the power distribution unit
+// reports of its monitor.
 //
 // On a bus (docs/sensors.md):
-//   never heard           starting: no value, nothing closes, and after 20 s the monitor is lost (fault_readers)
-//   silent                for `silence_max()`: no signal, and lost after `lost_confirm_max` more: within 2 s of its
-//                         last word, before the second one that is due. A bus repeats what was not received, so of a
-//                         device that is well none is missing; two are not waited for
-//   earth, faulty, off    at once, as it says
-//   test pending          it has not tested itself since it was switched on. For `test_wait` from its first word on
-//                         that counts as starting; then its value counts, and a warning says so: a test that never
-//                         comes must not keep a pack from closing. After a silence that was no signal its next word is
-//                         a first one again: it may have been off. The wait is no loss only for a monitor that has not
-//                         been silent yet, or one that comes and goes would be waited for without end
-//   testing, outdated     its last value counts for `held_max`, since a test takes seconds in which it measures
-//                         nothing; that it is low counts all the while. That a test has failed it reports by itself, as
-//                         faulty; one that does not end cannot be known sooner
+//   never received      starting: no value, closing is inhibited, and after 20 s the monitor is lost (fault_readers)
+//   receive timeout     after `silence_max()`: no signal, and lost after `lost_confirm_max` more: within 2 s of its
+//                       last report, before the second missing one is due. A bus repeats a frame that was not
+//                       received, so no report of a healthy device is missing; the timeout does not wait for two
+//   earth, faulty, off  immediately, as reported
+//   test pending        no self-test since it was switched on. For `test_wait` from its first report on this counts as
+//                       starting; then its value is used, with a warning: a test that never runs must not keep a pack
+//                       from closing. After a receive timeout its next report is a first one again: it may have been
+//                       off. Only for a monitor without a previous timeout the wait is not a loss; otherwise a monitor
+//                       that fails intermittently would be waited for without end
+//   testing, outdated   its last value is used for `held_max`, since a test takes seconds without a measurement; the
+//                       low-resistance flag is evaluated throughout. It reports a failed test as `faulty`; a test that
+//                       does not end cannot be detected sooner
 //
-// By its pulses on a line of this machine (protocol/ir155.hpp): each whole period is a word, of the state it has, and
-// none is held. Never told, or older than ir155::edge_silence_max: no signal.
+// By its pulses on a GPIO line of this host (protocol/ir155.hpp): each complete period is a report of the state that it
+// encodes, and no value is held. Never received, or older than ir155::edge_silence_max: no signal.
 //
 // Cost: some comparisons a tick.
 #pragma once
@@ -40,46 +40,46 @@ enum class InsulationState : std::uint8_t {
   speed_start,
   device_error,
   earth_fault,
-  undefined,  // a number the protocol does not know
+  undefined,  // a number that the protocol does not define
 };
 
 [[nodiscard]] std::string_view to_text(InsulationState state);
 
-/// In the words of the power distribution unit.
+/// In the terms of PDU_STATUS.
 struct InsulationWord {
   InsulationState state = InsulationState::no_signal;
   SignalValue resistance_Ohm;
-  bool is_ok = true;               // the monitor does not say that it is low
-  TimePoint taken_at{};            // of the resistance; zero: there is none
-  bool awaits_first_test = false;  // of a monitor on a bus, since it was first heard: neither there yet nor lost
+  bool is_ok = true;               // false: reported as low
+  TimePoint taken_at{};            // of the resistance; zero: none
+  bool awaits_first_test = false;  // monitor on a bus, since its first report: neither ready nor lost
 };
 
 class InsulationTable {
  public:
   static constexpr Duration test_wait = 20s;
   static constexpr Duration held_max = 10s;
-  /// Of one on a bus: longer than this its silence, and what it says of itself, is not waited for.
+  /// Of a monitor on a bus: maximum debounce time of its receive timeout and of the faults that it reports.
   static constexpr Duration lost_confirm_max = 500ms;
 
   void init(const InsulationConfig& config) { config_ = config; }
   [[nodiscard]] bool is_there() const { return config_.is_heard_itself(); }
-  /// What it speaks; only where there is one.
+  /// Name of its protocol. Precondition: there is a monitor.
   [[nodiscard]] std::string_view protocol() const { return is_on_bus() ? driver().name : "ir155"; }
-  /// A frame of the monitor's bus. False: it is none of the monitor's.
+  /// A frame of the monitor's bus. False: not a frame of the monitor.
   bool observe(const CanFrame& frame, TimePoint at);
   /// Its pulses.
   void observe(const ir155::Pwm& pwm, TimePoint at);
-  /// What came over a bus that was away. Pulses say how old they are, and their line is no bus.
+  /// Invalidates the values received over a bus that was down. Pulses carry their age, and their line is not a bus.
   void forget_values();
 
-  /// Of one on a bus: one of its reports, and two fifths of the time to the next for its clock and its bus.
+  /// Of a monitor on a bus: one report period, and two fifths of it for its clock and its bus.
   [[nodiscard]] Duration silence_max() const { return driver().report_period * 7 / 5; }
   [[nodiscard]] bool is_talking(TimePoint now) const;
   [[nodiscard]] InsulationWord word(TimePoint now) const;
-  /// Its values count although it has not tested itself.
+  /// Its values are used although it has not run a self-test.
   [[nodiscard]] bool is_untested(TimePoint now) const;
   [[nodiscard]] const MonitorReport& report() const { return report_; }
-  /// Its pulses as old as they are now.
+  /// Its pulses with their present age.
   [[nodiscard]] ir155::Pwm pulses(TimePoint now) const;
   [[nodiscard]] TimePoint heard_at() const { return heard_at_; }
   [[nodiscard]] std::uint64_t frames_refused() const { return frames_refused_; }
@@ -94,13 +94,13 @@ class InsulationTable {
   InsulationConfig config_;
   MonitorReport report_;
   TimePoint first_heard_at_{};  // zero: never
-  TimePoint heard_since_{};     // the first word since it was last without signal
+  TimePoint heard_since_{};     // the first report since the last state without signal
   TimePoint heard_at_{};
-  SignalValue resistance_Ohm_;  // the last that was one
+  SignalValue resistance_Ohm_;  // the last valid one
   TimePoint measured_at_{};
   std::uint64_t frames_refused_ = 0;
   ir155::Pwm pwm_;
-  TimePoint pulsed_at_{};  // when it was told
+  TimePoint pulsed_at_{};  // when they were reported
   BMU_FIELDS(skipped(config_), report_, first_heard_at_, heard_since_, heard_at_, resistance_Ohm_, measured_at_,
              frames_refused_, pwm_, pulsed_at_)
 };

@@ -1,8 +1,8 @@
-// Whether the inverter is there: its keep-alive, what else it says, and whether anybody else tells it of a battery.
+// State of the inverter: its keep-alive, its other reports, and whether another node sends it battery messages.
 //
-// An inverter that lives on the pack can say nothing before the pack is closed, and takes a while after: until it is
-// first heard it has `first_word_max`, from then on, and if it was talking when the pack closed, `silence_max` from
-// word to word. Of an open pack its silence is nobody's concern.
+// An inverter that is supplied by the pack cannot send before the pack is closed, and starts some time after: until its
+// first keep-alive the timeout is `first_word_max`; from then on, and if it was sending when the pack closed, it is
+// `silence_max` between two keep-alives. While the pack is open, no keep-alive is required.
 //
 // Pure; some 50 ns a frame.
 #pragma once
@@ -18,31 +18,32 @@ namespace bmu {
 
 class InverterWatch {
  public:
-  /// Somebody who tells our inverter of a battery does so once a second: remembered for two of them, and a half.
+  /// Another node that sends battery messages to this inverter sends once per second: the detection is held for two and
+  /// a half periods.
   static constexpr Duration foreign_memory = 2'500ms;
 
   void init(const InverterConfig& config) { config_ = config; }
   [[nodiscard]] bool is_there() const { return config_.driver != nullptr; }
   [[nodiscard]] const InverterConfig& config() const { return config_; }
 
-  /// A frame of the inverter's bus. False: it is none of an inverter's nor of a battery's.
+  /// A frame of the inverter's bus. False: a frame neither of an inverter nor of a battery.
   bool observe(const CanFrame& frame, TimePoint at);
-  /// After a gap in our own life nothing heard before may count.
+  /// After an interruption of the core (stall, bus down, sleep) previously received values are invalid.
   void forget_values();
 
-  /// `closed_since`: when the pack came to be closed; zero: it is not.
+  /// `closed_since`: when the pack was closed; zero: not closed.
   [[nodiscard]] bool is_silent(TimePoint now, TimePoint closed_since) const;
   [[nodiscard]] bool is_talking(TimePoint now) const {
     return heard_at_ != TimePoint{} && now - heard_at_ <= patience();
   }
-  /// In its own words, while it talks.
+  /// It reports a failure, and its keep-alive is received.
   [[nodiscard]] bool has_trouble(TimePoint now) const { return is_talking(now) && report_.has_failed; }
-  /// Somebody else sends what we tell the inverter.
+  /// Another node sends the battery messages of this node.
   [[nodiscard]] bool has_foreign_battery(TimePoint now) const {
     return foreign_at_ != TimePoint{} && now - foreign_at_ <= foreign_memory;
   }
   [[nodiscard]] TimePoint foreign_at() const { return foreign_at_; }
-  /// From word to word; of one that nobody has to hear, too.
+  /// Maximum time between two keep-alives; a default if the keep-alive is not monitored.
   [[nodiscard]] Duration patience() const {
     return config_.silence_max > Duration{} ? config_.silence_max : InverterConfig{}.silence_max;
   }

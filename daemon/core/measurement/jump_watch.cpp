@@ -9,12 +9,13 @@ namespace bmu {
 
 namespace {
 
-/// A module's clock may be slow by so much of a sampling period.
+/// Margin for a module clock that is slow by this much per sampling period.
 constexpr Duration clock_margin = 5ms;
 constexpr Duration next_sample_after = internal_bus::temperature_sampling_period + clock_margin;
-/// What was believed longer ago says nothing about how far a value may have come since. Also the end of any doubt.
+/// Maximum age of an accepted value for judging a jump: older, it does not bound a later value. Also the maximum
+/// duration of an implausible state.
 constexpr Duration former_max = 1s;
-/// So much doubt in sum, and the sensor is no sensor.
+/// Accumulated implausible time from which on the sensor counts as not measured.
 constexpr Duration doubt_max = 1s;
 
 }  // namespace
@@ -33,7 +34,7 @@ Measured<std::int32_t> JumpWatch::take(const Measured<std::int32_t>& told_dC, Ti
   return {told_dC.value, told_dC.taken_at, doubted_for_ < doubt_max ? Validity::doubtful : Validity::unknown};
 }
 
-/// Whether there is a doubt, and since when.
+/// Updates whether the value is implausible, and since when.
 void JumpWatch::judge(const Measured<std::int32_t>& told_dC, TimePoint polled_at) {
   const std::int32_t jump_dC = told_dC.value - believed_dC_.value;
   const bool is_jump = believed_dC_.is_fresh(told_dC.taken_at, former_max) && std::abs(jump_dC) > temperature_jump_dC;

@@ -8,7 +8,7 @@ namespace bmu {
 
 namespace {
 
-/// Frames of answers follow each other at once; after so long without one nobody is still speaking.
+/// Frames of an answer follow each other immediately; after this time without one no module is sending.
 constexpr Duration quiet_min = 5ms;
 
 // One bit for each frame of an answer.
@@ -77,7 +77,7 @@ void ModuleTable::init(const CoreConfig& config) {
   }
 }
 
-/// As many as the configuration has, each still with its node.
+/// As many modules as in the configuration, each still with its node.
 bool ModuleTable::are_fields_possible() const {
   std::size_t nodes = 0;
   for (const std::uint8_t index : index_of_node_) {
@@ -131,7 +131,7 @@ void ModuleTable::observe(const MessageSpec& message, std::uint8_t node, const C
       take_identity(module, frame, at);
       answered = ident_bit;
       break;
-    default: break;  // RESPONSE belongs to module_setup
+    default: break;  // RESPONSE is handled by module_setup
   }
   note_answer(index, answered, at);
 }
@@ -143,7 +143,7 @@ void ModuleTable::take_status(ModuleRecord& module, const CanFrame& frame, TimeP
 
 void ModuleTable::take_cells(ModuleRecord& module, std::size_t block, const CanFrame& frame, TimePoint polled_at) {
   const MessageSpec& row = *internal_bus::cells_rows[block];
-  // STATUS comes first in an answer; what it says of the voltages' age holds for the cells behind it.
+  // STATUS is the first frame of an answer; the age of the voltages in it applies to the cells after it.
   const Measured<ModuleStatus>& said = module.status;
   if (!said.is_valid() || said.taken_at < polled_at) return;
   const SignalValue age_ms = said.value.voltage_age_ms;
@@ -209,12 +209,12 @@ void ModuleTable::observe(const ModuleReport& report, TimePoint at) {
   module.values_out_of_range +=
       values_out_of_range(report, module.config.cell_count, module.config.temperature_sensor_count);
   const TimePoint asked_at = question_for(index, report.parts, at);
-  if (asked_at == TimePoint{}) return;  // nobody has asked yet: of when it is nobody can say
+  if (asked_at == TimePoint{}) return;  // no poll yet: the sample time is unknown
   take_report(index, report, asked_at);
   note_answer(index, is_too_soon(at) ? 0U : report.parts, at);
 }
 
-/// The oldest of the last two that it may answer.
+/// Time of the older of the last two polls that this answer may belong to.
 TimePoint ModuleTable::question_for(std::size_t index, ModuleParts parts, TimePoint at) const {
   const bool is_owed_before = (owed_[index] & parts) != 0;
   return is_too_soon(at) || is_owed_before ? round_before_at_ : round_at_;
@@ -298,7 +298,7 @@ void ModuleTable::begin_round(TimePoint at, bool is_start) {
   begin(at);
 }
 
-/// What a question to everybody leaves behind, whoever they are.
+/// Common part of a poll of all modules, of any manufacturer.
 void ModuleTable::begin(TimePoint at) {
   asked_alone_.fill(false);
   heard_at_ = {};
@@ -342,7 +342,7 @@ void ModuleTable::forget_identity(std::uint8_t node) {
   ModuleRecord& module = modules_[index_of_node_[node]];
   module.identity = {};
   module.serial_number_known = false;
-  module.last_answer_at = {};  // whoever is there will say so
+  module.last_answer_at = {};  // set by the next answer from this node
 }
 
 std::uint8_t ModuleTable::node_in_doubt(TimePoint now) const {

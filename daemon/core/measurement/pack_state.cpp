@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// Adds values one by one; knows min, max and average at any time.
+/// Accumulates values; min, max and average are available at any time.
 class SpreadBuilder {
  public:
   void expect() { ++spread_.expected; }
@@ -81,8 +81,8 @@ Measured<std::int32_t> only_if_usable(const Measured<std::int32_t>& value, TimeP
   return value.is_usable(now, age_max) ? value : Measured<std::int32_t>{};
 }
 
-/// Of two sensors the one that shows more counts, whichever way it flows; one that is silent is a fault of its own.
-/// Both come through only_if_usable: one that is not usable shows 0, which is never more.
+/// Of two sensors the one with the larger magnitude counts, in either direction; a sensor that is lost is a fault of
+/// its own. Both values come from only_if_usable: an unusable one is 0, which is never larger.
 Measured<std::int32_t> worse_current(const Measured<std::int32_t>& one, const Measured<std::int32_t>& other,
                                      const SensorConfig& config) {
   if (!config.has_second_current) return one;
@@ -90,7 +90,7 @@ Measured<std::int32_t> worse_current(const Measured<std::int32_t>& one, const Me
   return std::llabs(std::int64_t{other.value}) > std::llabs(std::int64_t{one.value}) ? other : one;
 }
 
-/// Sum of the voltages the modules measured over their whole stacks; unknown if one is missing.
+/// Sum of the stack voltages measured by the modules; unknown if one is missing.
 Measured<std::int32_t> module_sum(const ModuleTable& modules, const AgeConfig& ages, TimePoint now) {
   Measured<std::int32_t> sum{0, now, Validity::valid};
   for (const ModuleRecord& module : modules.modules()) {

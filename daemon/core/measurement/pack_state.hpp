@@ -1,4 +1,4 @@
-// The pack as one thing: what its modules and sensors add up to at one instant. A pure summary, made anew each tick.
+// Summary of the pack from its modules and sensors at one instant. Pure; computed again in each tick.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace bmu {
 
-/// Lowest, highest and average of the usable values of one kind. `count` values of `expected` were usable.
+/// Minimum, maximum and average of the usable values of one kind. `count` values of `expected` were usable.
 struct Spread {
   std::int32_t min = 0;
   std::int32_t max = 0;
@@ -22,7 +22,7 @@ struct Spread {
   std::uint16_t count = 0;
   std::uint16_t expected = 0;
 
-  /// Every value there should be is there.
+  /// Every expected value is usable.
   [[nodiscard]] constexpr bool is_complete() const { return count == expected && expected > 0; }
   [[nodiscard]] constexpr bool is_known() const { return count > 0; }
 };
@@ -32,33 +32,34 @@ struct PackState {
   Spread cell_voltage_uV;
   Spread cell_temperature_dC;
   Spread board_temperature_dC;
-  // Known only if complete: a sum with holes is no sum.
+  // Valid only if complete: a sum with missing values is invalid.
   Measured<std::int32_t> cell_voltage_sum_mV;
   Measured<std::int32_t> module_voltage_sum_mV;
-  // Known only while fresh; copied from the sensors when they are.
+  // Valid only while fresh; copied from the sensors when they are.
   Measured<std::int32_t> pack_voltage_mV;
   Measured<std::int32_t> pack_voltage_before_mV;
   Measured<std::int32_t> link_voltage_mV;
   Measured<std::int32_t> current_mA;
-  std::uint16_t modules_answering = 0;  // status, module voltage and every cell voltage fresh
+  std::uint16_t modules_answering = 0;  // status, module voltage and all cell voltages are fresh
   std::uint16_t modules_expected = 0;
 
-  /// Every module, cell and temperature there should be; boards without sensors have none.
+  /// Every expected module, cell and temperature is usable; boards without sensors expect none.
   [[nodiscard]] constexpr bool is_complete() const {
     return cell_voltage_uV.is_complete() && cell_temperature_dC.is_complete() &&
            board_temperature_dC.count == board_temperature_dC.expected && modules_answering == modules_expected;
   }
-  /// All three that the sensor measures.
+  /// All three quantities of the current sensor are valid.
   [[nodiscard]] constexpr bool is_sensed() const {
     return current_mA.is_valid() && pack_voltage_mV.is_valid() && link_voltage_mV.is_valid();
   }
 };
 
-/// Adds up what is fresh at `now`. Stale, missing and invalid values are left out, and the counts say so.
+/// Summarises the values that are fresh at `now`. Stale, missing and invalid values are omitted, and the counts show
+/// it.
 [[nodiscard]] PackState summarise(const ModuleTable& modules, const SensorTable& sensors, const CoreConfig& config,
                                   TimePoint now);
 
-/// The number of a board sensor within its module, by its place from 0.
+/// Number of a board sensor within its module, from its index from 0.
 [[nodiscard]] constexpr std::uint8_t board_sensor_number(std::size_t index) {
   return static_cast<std::uint8_t>(cell_sensors_max + index + 1);
 }
@@ -66,7 +67,7 @@ struct PackState {
   return (module.fitted_boards >> index & 1U) != 0;
 }
 
-/// All that is needed from a module for it to count as answering: status, module voltage and every cell fresh.
+/// The module counts as answering: status, module voltage and every cell voltage are fresh.
 [[nodiscard]] bool is_answering(const ModuleRecord& module, const AgeConfig& ages, TimePoint now);
 
 }  // namespace bmu

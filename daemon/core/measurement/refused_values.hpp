@@ -1,8 +1,8 @@
-// What a sensor or monitor said that is no value, counted by why.
+// Counters of invalid values of a sensor or monitor, by reason.
 //
-// A frame that is not whole never comes so far, but where a sensor has frames of its own: its driver refuses them.
-// Those of the results at 521h to 531h are counted by what is wrong with them, as a module's are (RejectReason). Counts
-// go on when the bus was away. Pure.
+// Incomplete frames are rejected before, except from a sensor with frames of its own, which are rejected by its driver.
+// Frames of the results at 521h to 531h are counted by their defect, like those of a module (RejectReason). The
+// counters are kept when the bus was down. Pure.
 #pragma once
 
 #include <array>
@@ -17,24 +17,24 @@
 
 namespace bmu {
 
-/// Why a result is none.
+/// Reason why a result is not valid.
 enum class ResultRefusal : std::uint8_t {
-  sensor_fault,  // the sensor marks it as wrong
-  out_of_range,  // no sensor can have measured it
-  not_known,     // the sensor says that it does not know
-  wrong_frame,   // of a sensor that has frames of its own: not whole, or another device's
+  sensor_fault,  // marked as an error by the sensor
+  out_of_range,  // outside the range of any sensor
+  not_known,     // marked as unknown by the sensor
+  wrong_frame,   // of a sensor with frames of its own: incomplete, or of another device
 };
 inline constexpr std::size_t result_refusal_count = 4;
 
 [[nodiscard]] std::string_view to_text(ResultRefusal why);
-/// Of a value that is not valid.
+/// Reason for a value that is not valid.
 [[nodiscard]] ResultRefusal refusal_of(Validity validity);
 
 struct RefusedResults {
   std::array<std::uint64_t, result_refusal_count> by_reason{};
-  ResultRefusal last = ResultRefusal::sensor_fault;  // only once there is one
+  ResultRefusal last = ResultRefusal::sensor_fault;  // has no meaning before the first one
   TimePoint last_at{};
-  std::array<std::uint64_t, reject_reason_count> frames{};  // of the sensor's own rows, by RejectReason
+  std::array<std::uint64_t, reject_reason_count> frames{};  // of the rows of the sensor, by RejectReason
 
   void note(ResultRefusal why, TimePoint at) {
     ++by_reason[static_cast<std::size_t>(why)];
@@ -43,18 +43,18 @@ struct RefusedResults {
   }
   void note_frame(RejectReason why) { ++frames[static_cast<std::size_t>(why)]; }
   [[nodiscard]] std::uint64_t of(ResultRefusal why) const { return by_reason[static_cast<std::size_t>(why)]; }
-  /// Without the frames.
+  /// Without the rejected frames.
   [[nodiscard]] std::uint64_t count() const {
     return std::accumulate(by_reason.begin(), by_reason.end(), std::uint64_t{0});
   }
 };
 
-/// Periods of an insulation monitor's pulses that mean nothing, by what is in no row.
+/// Invalid periods of an insulation monitor's pulses, by the property that matches no row.
 struct RefusedPulses {
   std::array<std::uint64_t, ir155::misfit_count> by_reason{};
-  TimePoint ended_at{};  // of the period that was looked at last; zero: none
+  TimePoint ended_at{};  // end of the last evaluated period; zero: none
 
-  /// The signal as it was seen at `at`: a period is looked at once, however often it is told.
+  /// Evaluates the signal as read at `at`: each period once, however often it is reported.
   void observe(const ir155::Pwm& pwm, TimePoint at);
   [[nodiscard]] std::uint64_t of(ir155::Misfit why) const { return by_reason[static_cast<std::size_t>(why)]; }
 };

@@ -12,10 +12,10 @@ constexpr std::uint32_t message_count = std::size(vehicle_bus::rows);
 constexpr std::uint32_t name_index = 0;
 constexpr std::uint32_t status_index = 2;
 constexpr std::uint32_t charge_index = 6;
-/// What 622h and 626h have in every revision.
+/// Length of 622h and 626h in every revision.
 constexpr std::uint8_t old_length = 6;
 
-/// Where a signal goes. The names are the same in all dialects.
+/// Destination of a signal. The names are the same in all dialects.
 struct ValueRow {
   std::string_view signal;
   Measured<std::int32_t> SecondPack::Values::*value;

@@ -1,13 +1,13 @@
-// What a second pack tells the vehicle of itself: listened to, for its state of charge in our own 626h (SOC2) and for
-// people.
+// Receiver of the vehicle messages of a second pack, for its SOC in this node's 626h (SOC2) and for display.
 //
-// It is told apart by the base identifier of its nine messages, or by its bus; the dialect says how 622h is read. A
-// frame counts only as a whole: of another length than its row, or extended, it changes nothing and is counted. A name
-// that is not printable is no traction pack's: 620h and its neighbours are used by others, too. What is older than
-// `age_max` is not known: a pack that falls silent is unknown, never empty.
+// The pack is identified by the base identifier of its nine messages, or by its bus; the dialect defines the format of
+// 622h. A frame counts only as a whole: one with another length than its row, or a remote frame, changes nothing and is
+// counted; an extended frame is not a message of the pack. A name that is not printable is not from a traction pack:
+// other devices use 620h and its neighbours, too. A value older than `age_max` is unknown: a pack that is lost is
+// unknown, never empty.
 //
-// Of the two messages that have grown by a byte in some revisions, 622h and 626h, six bytes are taken as well; what is
-// behind them is then not known, and nor is the health, of which six bytes do not tell the place.
+// Of the two messages that some revisions extend by a byte, 622h and 626h, six bytes are accepted as well; the values
+// behind them are then unknown, and so is the SOH: six bytes do not define its place.
 //
 // Pure; some 50 ns a frame.
 #pragma once
@@ -26,7 +26,7 @@ namespace bmu {
 
 class SecondPack {
  public:
-  /// Each message comes once a second: two may be lost.
+  /// Each message is sent once per second: two may be lost.
   static constexpr Duration age_max = 3'500ms;
 
   struct Values {
@@ -41,7 +41,7 @@ class SecondPack {
     Measured<std::int32_t> soh_permille;
     Measured<std::int32_t> cell_temperature_min_dC;
     Measured<std::int32_t> cell_temperature_max_dC;
-    std::array<char, 8> name{};  // 620h; zeros: not heard
+    std::array<char, 8> name{};  // 620h; zeros: not received
   };
 
   void init(const SecondPackConfig& config, TimePoint now) {
@@ -51,9 +51,9 @@ class SecondPack {
   [[nodiscard]] bool is_expected() const { return config_.base_id != 0; }
   [[nodiscard]] VehicleDialect dialect() const { return config_.dialect; }
 
-  /// A frame of the bus it is on. False: it is none of this pack's messages.
+  /// A frame of the bus of the second pack. False: not a message of this pack.
   bool observe(const CanFrame& frame, TimePoint at);
-  /// After a gap in our own life nothing heard before may count.
+  /// After an interruption of the core (stall, bus down, sleep) previously received values are invalid.
   void forget_values(TimePoint now) {
     values_ = {};
     listening_since_ = now;
@@ -61,14 +61,14 @@ class SecondPack {
 
   [[nodiscard]] const Values& values() const { return values_; }
   [[nodiscard]] TimePoint heard_at() const { return heard_at_; }
-  /// It is expected, and nobody has heard it although there was time to.
+  /// A second pack is configured and has not been received within the timeout.
   [[nodiscard]] bool is_silent(TimePoint now) const {
     return is_expected() && now - std::max(heard_at_, listening_since_) > age_max;
   }
   [[nodiscard]] std::optional<std::int32_t> soc_permille(TimePoint now) const;
   [[nodiscard]] std::uint64_t frames_taken() const { return frames_taken_; }
   [[nodiscard]] std::uint64_t frames_refused() const { return frames_refused_; }
-  /// Of the frames taken: numbers that their fields must not hold.
+  /// Values of accepted frames that are outside the range of their field.
   [[nodiscard]] std::uint64_t values_out_of_range() const { return values_out_of_range_; }
 
  private:

@@ -8,7 +8,7 @@ namespace {
 
 using enum SensorSetupStage;
 
-/// What a stage asks, once or for each channel, how often, and what comes after it.
+/// Command of a stage, for the sensor or for each channel, number of attempts, and the next stage.
 struct StageRow {
   SensorSetupStage stage;
   SetUpOrderKind order = SetUpOrderKind::read;
@@ -50,11 +50,11 @@ constexpr const StageRow& row_of(SensorSetupStage stage) {
   return stage_table[static_cast<std::size_t>(stage)];
 }
 
-/// How often each result is to come: what the ages of the pack file and the load of the bus are reckoned with.
+/// Period of each result, as assumed by the ages of the pack file and the load of the bus.
 constexpr std::array<Duration, sensor_channels_used> periods{
     internal_bus::sensor_current.period, internal_bus::sensor_u1.period, internal_bus::sensor_u2.period};
 
-/// The first thing that is not as wanted.
+/// The first setting that differs.
 SensorSetupProblem difference_of(std::uint8_t channel, const SensorSetting& found, const SensorSetting& wanted) {
   using enum SensorSetupTrouble;
   if (found.trigger != wanted.trigger) {
@@ -129,7 +129,7 @@ void SensorSetup::fail(const SensorSetupProblem& problem, TimePoint at) {
   trusted_since_ = {};
 }
 
-/// What was asked has been answered.
+/// Handles the answer to the last command.
 void SensorSetup::advance() {
   const StageRow& row = row_of(stage_);
   if (row.is_each_channel && channel_ + 1 < target_.channel_count) {
@@ -138,7 +138,7 @@ void SensorSetup::advance() {
     asked_at_ = {};
     return;
   }
-  // What was read is judged on the tick.
+  // The settings that were read are compared in the next tick.
   if (stage_ == reading || stage_ == checking) {
     is_judgement_due_ = true;
     return;
@@ -168,12 +168,12 @@ bool SensorSetup::observe(const CanFrame& frame, TimePoint at, bool is_any_comma
   return true;
 }
 
-/// A sensor that tells another setting although nobody asked has been given it by somebody else.
+/// A sensor that reports another setting without a command was configured by another node.
 void SensorSetup::take_setting(const SetUpAnswer& answer, TimePoint at) {
   if (answer.channel >= target_.channel_count) return;
   found_.at(answer.channel) = answer.setting;
   const SensorSetting wanted = wanted_setting(answer.channel, config_);
-  // It is trusted no longer, whatever the others still have to say.
+  // The results are no longer used, whatever the other channels still report.
   if (difference_of(answer.channel, answer.setting, wanted).trouble != SensorSetupTrouble::none) trusted_since_ = {};
   if (stage_ == done) {
     const SensorSetupProblem problem = difference();
@@ -207,7 +207,7 @@ SensorSetupProblem SensorSetup::difference() const {
   return {};
 }
 
-/// One for each channel that is about to be set otherwise. What a try before this one has set counts as changed, too.
+/// One for each channel that is about to be changed. Changes of an earlier attempt count, too.
 void SensorSetup::note_changes() {
   for (std::uint8_t channel = 0; channel < target_.channel_count; ++channel) {
     const SensorSetupProblem problem = difference_of(channel, found_.at(channel), wanted_setting(channel, config_));
@@ -215,13 +215,13 @@ void SensorSetup::note_changes() {
   }
 }
 
-/// All three have been read.
+/// All channels have been read.
 void SensorSetup::judge(TimePoint now, bool is_any_commanded) {
   const SensorSetupProblem problem = difference();
   const bool is_configured = target_.is_configured;
   if (problem.trouble == SensorSetupTrouble::none) {
     const bool has_set = stage_ == checking;
-    // What came to a bad end once may have stopped it.
+    // A previous attempt that failed may have stopped the sensor.
     enter(has_set && target_.is_stored ? storing : is_configured ? starting : done);
     if (stage_ == done) problem_ = {};
     return;

@@ -1,26 +1,26 @@
-// Asks the current sensor how it is configured before its results are believed, and configures it where the pack file
-// says so.
+// Reads the configuration of the current sensor before its results are used, and configures the sensor if the pack file
+// requires it.
 //
-//   reading --all as wanted------------------------------------------------> (starting) --> done
+//   reading --all as expected----------------------------------------------> (starting) --> done
 //      |                                                                        ^
 //      +--differs, `configure`, pack open--> stopping, setting, checking, (storing)
 //      +--differs, does not answer, does not understand--> failed --5 s--> reading
 //
-// What is wanted of the three results that the daemon uses stands in a table: sent by themselves, with their period, in
-// the pack file's byte order, the sign not turned round (that is the pack file's to do). Of the other results nothing
-// is asked. Each command has its time and its tries in a table, too. A command is acknowledged even where it is not
-// allowed, so what was set is read back. Nothing is stored in the sensor unless the pack file says so, and then only
-// what was just set.
+// The expected settings of the three results that the daemon uses are in a table: sent cyclically, with their period,
+// in the byte order of the pack file, the sign not inverted (the pack file does that). The other results are not
+// checked. The timeout and the number of attempts of each command are in a table, too. A command is acknowledged even
+// if it is not permitted, so settings are read back. Nothing is stored in the sensor unless the pack file requires it,
+// and then only settings that were just changed.
 //
-// Until it is done the results are nobody's: not known, never zero. A sensor that starts anew says so; it is then asked
-// again, from the beginning. While contactors are commanded its results go on being used meanwhile, for `trust_max`:
-// mostly it comes back as it was, and a healthy pack need not open for it. Wrong byte order shows as thousands of
-// amperes, silence is judged by the age of the current as ever, and an answer that differs ends the trust at once. A
-// sensor is never stopped while a contactor is commanded.
+// Until it is done the results are not used: unknown, never zero. A sensor reports its restart; it is then read again,
+// from the beginning. While contactors are commanded its results are still used meanwhile, for `trust_max`: usually its
+// settings are unchanged, and a healthy pack need not open for it. A wrong byte order shows as thousands of amperes, a
+// receive timeout is detected by the age of the current as usual, and an answer that differs ends the use of the
+// results immediately. A sensor is never stopped while a contactor is commanded.
 //
-// A second sensor beside the first is asked in the same way for the one result that is used of it, under the
-// identifiers that the pack file has for it, and never set otherwise: on a bus with two of them a command for one must
-// not reach the other.
+// A second sensor beside the first is read in the same way for the one result that is used of it, with the identifiers
+// that the pack file has for it, and never configured: on a bus with two of them a command for one must not reach the
+// other.
 //
 // Cost: nothing once it is done.
 #pragma once
@@ -50,12 +50,12 @@ enum class SensorSetupStage : std::uint8_t {
 
 [[nodiscard]] std::string_view to_text(SensorSetupStage stage);
 
-/// The results that the daemon uses, in the order of their channels.
+/// Results that the daemon uses, in the order of their channels.
 inline constexpr std::uint8_t sensor_channels_used = 3;
-/// In what is told of them, the current of a second sensor comes behind those.
+/// In reports, the current of a second sensor follows these.
 inline constexpr std::uint8_t sensor_channels_told = sensor_channels_used + 1;
 
-/// What is wrong with a sensor's settings.
+/// Difference or error in the settings of a sensor.
 enum class SensorSetupTrouble : std::uint8_t {
   none,
   no_answer,
@@ -68,65 +68,65 @@ enum class SensorSetupTrouble : std::uint8_t {
 
 struct SensorSetupProblem {
   SensorSetupTrouble trouble = SensorSetupTrouble::none;
-  std::uint8_t channel = 0;  // 0: the current, 1: the pack's voltage, 2: the link's, 3: the second sensor's current
-  std::int32_t found = 0;    // a SensorTrigger, milliseconds, or whether it is little-endian, or turned round
+  std::uint8_t channel = 0;  // 0: current, 1: pack voltage, 2: DC link voltage, 3: current of the second sensor
+  std::int32_t found = 0;    // SensorTrigger, milliseconds, or 1 for little-endian or inverted
   std::int32_t wanted = 0;
 
   friend constexpr bool operator==(const SensorSetupProblem&, const SensorSetupProblem&) = default;
 };
 
-/// Of one that is read from outside.
+/// Validity of a problem that was read from outside.
 [[nodiscard]] bool is_possible(const SensorSetupProblem& problem);
 
-/// What is wanted of a channel.
+/// Expected setting of a channel.
 [[nodiscard]] SensorSetting wanted_setting(std::uint8_t channel, const SensorConfig& config);
 
 class SensorSetup {
  public:
-  /// After a start in a closed pack results are used unasked for so long at the most.
+  /// Maximum time for which results are used without a check after a restart in a closed pack.
   static constexpr Duration trust_max = 1s;
-  /// A sensor that is configured otherwise, or does not answer, is asked again after this.
+  /// Delay before a sensor that is configured otherwise, or does not answer, is read again.
   static constexpr Duration retry = 5s;
 
   void init(const SensorConfig& config);
-  /// As that of the second sensor, if it is to be asked.
+  /// For the second sensor, if its settings are to be read.
   void init_second(const SensorConfig& config);
   [[nodiscard]] bool is_there() const { return target_.driver != nullptr; }
-  /// A frame under this identifier commands the sensor.
+  /// A frame with this identifier is a command to the sensor.
   [[nodiscard]] bool is_command(const CanFrame& frame) const {
     return is_there() && !frame.is_error && !frame.is_remote && !frame.is_extended && frame.id == target_.command_id;
   }
-  /// As after a start of the daemon: nothing is known of the sensor.
+  /// As after a start of the daemon: the settings of the sensor are unknown.
   void start_over();
-  /// A frame of the internal bus. False: it is no answer of the sensor's.
+  /// A frame of the internal bus. False: not an answer of the sensor.
   bool observe(const CanFrame& frame, TimePoint at, bool is_any_commanded);
-  /// The command that is due, if any. Once a tick.
+  /// The command that is due, if any. Called once a tick.
   [[nodiscard]] std::optional<CanFrame> step(TimePoint now, bool is_any_commanded);
 
-  /// The sensor's results are what the pack file says.
+  /// The results may be used: the settings are as expected, or `trust_max` has not elapsed.
   [[nodiscard]] bool are_results_good(TimePoint now) const;
   [[nodiscard]] SensorSetupStage stage() const { return stage_; }
-  /// Why it was not to be used last; until it is.
+  /// Last reason why the results are not used; `none` after success.
   [[nodiscard]] const SensorSetupProblem& problem() const { return problem_; }
-  /// It has been found wanting, and not been found good since.
+  /// Its settings differed or it did not answer, and no check has succeeded since.
   [[nodiscard]] bool has_failed() const { return problem_.trouble != SensorSetupTrouble::none; }
-  /// What it was configured anew for, by channel: none of all where it was found as wanted. Until it is read again.
+  /// Settings that were corrected, by channel: all `none` if they were as expected. Valid until they are read again.
   [[nodiscard]] const std::array<SensorSetupProblem, sensor_channels_used>& changed() const { return changed_; }
-  /// Where its channels begin in what is told: SensorSetupProblem::channel.
+  /// First channel number of this sensor in reports, see SensorSetupProblem::channel.
   [[nodiscard]] std::uint8_t first_told() const { return target_.first_told; }
-  /// It said that it started, so often.
+  /// Number of restarts that the sensor reported.
   [[nodiscard]] std::uint32_t restarts() const { return restarts_; }
   /// Answers of the wrong form.
   [[nodiscard]] std::uint64_t answers_refused() const { return answers_refused_; }
 
  private:
-  /// Who is asked, and for what.
+  /// The sensor, and the settings to read and write.
   struct Target {
     const SensorSetUpDriver* driver = nullptr;
     std::uint32_t command_id = 0;
     std::uint32_t response_id = 0;
     std::uint8_t channel_count = sensor_channels_used;
-    std::uint8_t first_told = 0;  // in what is told, of its channel 0
+    std::uint8_t first_told = 0;  // in reports, of its channel 0
     bool is_configured = false;
     bool is_stored = false;
   };
@@ -155,7 +155,7 @@ class SensorSetup {
   SensorSetupProblem problem_;
   std::array<SensorSetupProblem, sensor_channels_used> changed_{};
   TimePoint failed_at_{};
-  TimePoint trusted_since_{};  // it started anew with contactors commanded; zero: it did not
+  TimePoint trusted_since_{};  // restart while contactors were commanded; zero: none
   std::uint32_t restarts_ = 0;
   std::uint64_t answers_refused_ = 0;
   [[nodiscard]] bool are_fields_possible() const {

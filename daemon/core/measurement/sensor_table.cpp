@@ -9,7 +9,7 @@ namespace bmu {
 
 namespace {
 
-/// Beyond these no air is that a pack is cooled with: a sensor that is broken.
+/// Limits of the temperature of cooling air: a value beyond these is from a defective sensor.
 constexpr std::int32_t air_temperature_min_dC = -600;
 constexpr std::int32_t air_temperature_max_dC = 1'200;
 
@@ -40,8 +40,8 @@ PduState pdu_state(const CanFrame& frame) {
   };
 }
 
-/// Each of the four error bits of a result makes its value invalid: a sensor in doubt about any of its results, or
-/// beyond its overcurrent threshold, gives no measurement.
+/// Each of the four error bits of a result makes its value invalid: a sensor that flags any of its results, or an
+/// overcurrent, gives no measurement.
 bool has_error_bit(const CanFrame& frame) {
   return read_raw<sensor_current, "measurement_error">(frame) != 0 ||
          read_raw<sensor_current, "any_measurement_error">(frame) != 0 ||
@@ -64,7 +64,7 @@ bool take(const Measured<std::int32_t>& sample, Measured<std::int32_t>& slot, Re
   return sample.is_valid();
 }
 
-/// A contact of which both tell is closed if either says so: an open pack whose contact may be closed is never open.
+/// A contact with two sources is closed if either reports closed: a pack with a possibly closed contact is never open.
 void merge_contact(bool& contact, ContactorId id, const LineImage& image, const LinesConfig& config, bool has_unit) {
   const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(id));
   if ((config.feedback & bit) == 0) return;
@@ -77,19 +77,19 @@ void merge_input(bool& input, bool has_line, bool line, bool has_unit, bool is_p
   if (!has_unit) {
     input = line;
   } else {
-    input = is_permission ? input && line : input || line;  // a "no" of either holds; a wish of either counts
+    input = is_permission ? input && line : input || line;  // a permission needs both sources, a request only one
   }
 }
 
-/// Whose word on the insulation counts: that of a monitor which is heard itself instead of the unit's, and a line of
-/// this machine with it.
+/// Stores the state of a monitor that the daemon reads directly, instead of that of the PDU, combined with the OK line
+/// of this host.
 void put_insulation(PduState& inputs, const InsulationWord& word, const LineImage& lines, const CoreConfig& config) {
   inputs.insulation_state = word.state;
   inputs.insulation_resistance_Ohm = word.resistance_Ohm;
   inputs.insulation_monitor_ok = word.is_ok && (!config.lines.has_insulation_ok || lines.insulation_ok);
 }
 
-/// A sensor's own sign as the pack file wants it. Of the least number there is the greatest.
+/// Inverts the sign of a current. The minimum of its type becomes the maximum.
 void turn_round(Measured<std::int32_t>& current_mA) {
   constexpr std::int32_t most_mA = std::numeric_limits<std::int32_t>::max();
   current_mA.value = -std::max(current_mA.value, -most_mA);
@@ -103,7 +103,7 @@ Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<L
   const bool has_unit = config.contactors.has_pdu;
   if (!used.are_used) return unit;
   if (!lines.is_valid() || (has_unit && !unit.is_valid())) return {};
-  // Without a unit there is nobody to say what has no line: such stops and loops do not exist.
+  // Without a PDU, stops and loops without a GPIO line do not exist.
   Measured<PduState> merged = unit;
   if (!has_unit) {
     merged.value = {
@@ -130,7 +130,7 @@ Measured<PduState> merge_inputs(const Measured<PduState>& unit, const Measured<L
 void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, TimePoint at, const CoreConfig& config) {
   switch (message.base_id) {
     case sensor_current.base_id:
-      // Where another tells the first, this is the second, unless that is another's, too.
+      // If `first` is set this is the second current, unless `second` is set, too.
       if (config.sensor.first != nullptr && config.sensor.second != nullptr) break;
       take_current(sensor_value(message, frame, at), config.sensor.first == nullptr, config.sensor);
       break;
@@ -156,7 +156,7 @@ void SensorTable::observe(const MessageSpec& message, const CanFrame& frame, Tim
       if (config.intake_air.source != AirSource::pdu) break;
       intake_air_dC = measured(read<pdu_temperature, "intake_air_temperature_dC">(frame), at);
       break;
-    default: break;  // the sensor's own counters are taken as a second opinion by a later stage
+    default: break;  // the counters of the sensor itself are not used
   }
 }
 

@@ -1,6 +1,6 @@
-// One COMMAND to a module at a time. Its RESPONSE carries the counter of the COMMAND it answers, and one that answers
-// any but the last is late: who sends a second one meanwhile loses the first one's answer, and counts a late frame
-// against a module that did nothing wrong.
+// One COMMAND to a module at a time. Its RESPONSE contains the counter of the COMMAND that it answers, and a RESPONSE
+// to any but the last COMMAND is late: if a second COMMAND is sent meanwhile, the response to the first is lost, and a
+// late frame is counted against a module without a defect.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace bmu {
 
-/// A RESPONSE comes within 10 ms, and waits on a busy bus until all answers have gone before it. One that has not come
-/// by then is lost.
+/// A RESPONSE is sent within 10 ms, and waits on a busy bus until all answers have been sent before it. One that has
+/// not been received by then is lost.
 inline constexpr Duration response_patience = 100ms;
 
 class CommandTurns {
@@ -25,7 +25,7 @@ class CommandTurns {
   void note_response(std::size_t module_index) { sent_at_[module_index] = {}; }
 
  private:
-  std::array<TimePoint, modules_max> sent_at_{};  // of a COMMAND that is not answered; zero: none
+  std::array<TimePoint, modules_max> sent_at_{};  // of a COMMAND without response; zero: none
   BMU_FIELDS(sent_at_)
 };
 

@@ -8,9 +8,9 @@ namespace {
 
 constexpr std::uint8_t commands_max = 3;
 constexpr Duration command_spacing = 300ms;
-/// The module tells its new number 10 ms x node after the change: 630 ms at most, behind the last command.
+/// The module reports its new number 10 ms x node after the change: 630 ms at most, after the last command.
 constexpr Duration patience = commands_max * command_spacing + 700ms;
-/// Not sooner than any answer to the question before has had time to come.
+/// Long enough for any answer to the previous poll.
 constexpr Duration question_spacing = 100ms;
 
 AssignmentRefusal reason_against(const AssignmentRequest& request, const AssignmentView& view) {
@@ -66,7 +66,7 @@ std::string_view to_text(AssignmentStage stage) {
 }
 
 AssignmentRefusal ModuleAssignment::ask(const AssignmentRequest& request, const AssignmentView& view, TimePoint now) {
-  if (is_asking()) return AssignmentRefusal::busy;  // the one under way goes on
+  if (is_asking()) return AssignmentRefusal::busy;  // the one in progress continues
   const std::uint32_t number = number_ + 1;
   *this = {};
   number_ = number;

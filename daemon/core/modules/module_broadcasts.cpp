@@ -35,7 +35,7 @@ void ModuleBroadcasts::step_sleep(TimePoint now, Step& step) {
   }
   const bool are_asleep = is_asked_ && !is_answered_;
   if (are_asleep) {
-    rounds_left_ = 0;  // the question has woken them: said a last time
+    rounds_left_ = 0;  // the poll has woken them: sent a last time
   } else if (is_asked_) {
     step.stays_awake = --rounds_left_ == 0;
   }

@@ -1,12 +1,14 @@
-// COMMANDs to all modules, which nobody answers: what is said once may have been heard by nobody.
+// COMMANDs to all modules, which no module confirms: a command that is sent once may have been received by none.
 //
-// A module takes no COMMAND whose counter it took last, and after a restart of the daemon no master knows which that
-// was; and any frame may be lost. So each is said twice, with different counters: one of them at least is news.
+// A module ignores a COMMAND with the counter of the last one that it accepted, and after a restart of the daemon the
+// master does not know that counter; and any frame may be lost. So each command is sent twice, with different counters:
+// at least one of them is accepted as new.
 //
 //   stop balancing, clear faults   twice, `broadcast_spacing` apart
-//   sleep                          by what comes back: said, a POLL behind it, and again while anybody answers that,
-//                                  `sleep_rounds` times. Who sleeps is woken by the POLL and says nothing; it is told
-//                                  once more, since not every module sleeps again without having been told.
+//   sleep                          by the answers: the command, then a POLL, and both again while any module answers
+//                                  it, `sleep_rounds` times. A sleeping module is woken by the POLL and does not
+//                                  answer; the command is then sent again, since not every module returns to sleep
+//                                  without one.
 //
 // Cost: a compare a tick.
 #pragma once
@@ -19,9 +21,9 @@
 
 namespace bmu {
 
-/// Longer than a burst of disturbances; shorter than anybody would want to wait.
+/// Longer than a burst of disturbances, and short for an operator.
 inline constexpr Duration broadcast_spacing = 30ms;
-/// A module is awake enough to hear 50 ms after it was woken, and its answer has then had its time.
+/// A module is ready to receive 50 ms after it was woken, and its answer has then had its time.
 inline constexpr Duration sleep_spacing = 100ms;
 inline constexpr std::uint8_t sleep_rounds = 10;
 
@@ -31,18 +33,18 @@ class ModuleBroadcasts {
     bool says_stop = false;
     bool says_clear = false;
     bool says_sleep = false;
-    bool asks = false;         // who is awake: a POLL for STATUS
-    bool stays_awake = false;  // somebody, after all rounds; told once
+    bool asks = false;         // a POLL for STATUS to all, to find modules that are awake
+    bool stays_awake = false;  // a module still answers after all rounds; reported once
   };
-  /// To be said from the next step on.
+  /// Sent from the next step on.
   void stop() { stop_.left = twice; }
   void clear() { clear_.left = twice; }
   void sleep();
-  /// Awake again, for whatever reason: nobody is to sleep any more.
+  /// Awake again, for any reason: ends the sleep command.
   void end_sleep() { rounds_left_ = 0; }
-  /// A STATUS has come. What a module says when it is woken, its IDENT, is no answer.
+  /// A STATUS was received. The IDENT that a module sends when it is woken is not an answer.
   void note_answer() { is_answered_ = true; }
-  /// A COMMAND can be sent now.
+  /// Precondition: a COMMAND can be sent now.
   [[nodiscard]] Step step(TimePoint now);
 
  private:
@@ -58,9 +60,9 @@ class ModuleBroadcasts {
   Repeated stop_;
   Repeated clear_;
   std::uint8_t rounds_left_ = 0;
-  bool is_asked_ = false;     // by the POLL behind the last word
+  bool is_asked_ = false;     // by the POLL after the last command
   bool is_answered_ = false;  // since that POLL
-  TimePoint slept_at_{};      // the last word or POLL; zero: none yet
+  TimePoint slept_at_{};      // the last command or POLL; zero: none yet
   BMU_FIELDS(stop_, clear_, rounds_left_, is_asked_, is_answered_, slept_at_)
 };
 

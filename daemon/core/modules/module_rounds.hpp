@@ -1,10 +1,11 @@
-// When modules of another maker are asked: all of them once a period, those with a question each in one go.
+// Poll rounds for modules of another manufacturer: all modules once a period; if each needs a poll of its own, all
+// polls in one tick.
 //
-// A start begins with rounds that ask for nothing, as their own master does (ModuleDriver::start_rounds); so does
-// whatever counts as a start: the bus was away, we were stopped, the pack had rested.
+// A start begins with rounds that request nothing, as the manufacturer's master does (ModuleDriver::start_rounds); so
+// does everything that counts as a start: the bus was down, the control loop stalled, the pack was asleep.
 //
-// A module of another maker bleeds for as long as it was last told to, some of them for ever: who leaves asks whether
-// they have been told to stop. What the bus did not take has told nobody.
+// A module of another manufacturer bleeds for the time of its last command, some of them permanently: a shutdown waits
+// until they have been commanded to stop. A frame that the bus did not accept has commanded no module.
 //
 // Cost: a compare a tick.
 #pragma once
@@ -27,8 +28,8 @@ class ModuleRounds {
     count_ = 0;
     next_at_ = at;
   }
-  /// Whether a round is due now; a period that became shorter counts from the last one on, and after a gap there is no
-  /// burst to catch up.
+  /// Whether a round is due now; a period that became shorter counts from the last round on, and after a gap there is
+  /// no burst to catch up.
   [[nodiscard]] bool is_due(TimePoint now, Duration period) {
     if (count_ > 0 && last_at_ + period < next_at_) next_at_ = last_at_ + period;
     if (now < next_at_) return false;
@@ -36,17 +37,17 @@ class ModuleRounds {
     if (next_at_ <= now) next_at_ = now + period;
     return true;
   }
-  /// It is asked now, and told to bleed or not to.
+  /// The round is sent now, with or without the command to bleed.
   void begin(TimePoint now, bool is_told_to_bleed) {
     last_at_ = now;
     ++count_;
     was_told_to_bleed_ = is_told_to_bleed_;
     is_told_to_bleed_ = is_told_to_bleed;
   }
-  /// A question of the last round did not get out: who was to hear it goes by the round before.
+  /// A poll of the last round was not sent: for its module the command of the round before still applies.
   void note_failed() { is_told_to_bleed_ = is_told_to_bleed_ || was_told_to_bleed_; }
-  /// None goes on bleeding, for all that is known, when it hears nothing more: the last round said so, and the tick
-  /// after it has not heard that it did not get out.
+  /// As far as is known, no module continues to bleed if it receives nothing more: the last round commanded a stop, and
+  /// no failure to send it was reported until the tick after it.
   [[nodiscard]] bool have_stopped_bleeding(TimePoint now) const {
     return !is_told_to_bleed_ && (count_ == 0 || last_at_ < now);
   }
@@ -59,8 +60,8 @@ class ModuleRounds {
   std::uint32_t count_ = 0;
   TimePoint last_at_{};
   TimePoint next_at_{};
-  bool is_told_to_bleed_ = false;   // by the last round
-  bool was_told_to_bleed_ = false;  // by the round before
+  bool is_told_to_bleed_ = false;   // in the last round
+  bool was_told_to_bleed_ = false;  // in the round before
   BMU_FIELDS(skipped(start_rounds_), count_, last_at_, next_at_, is_told_to_bleed_, was_told_to_bleed_)
 };
 

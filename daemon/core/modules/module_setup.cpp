@@ -46,8 +46,8 @@ SetupStage ModuleSetup::observe_status(std::size_t module_index, const ModuleSta
   if (!is_autonomous) slot.autonomous_since = {};
   if (is_autonomous && slot.autonomous_since == TimePoint{}) slot.autonomous_since = at;
   if (said.restarted) slot.is_mode_told = slot.is_mode_asked = false;
-  // A module that was set up and says otherwise has restarted; what it was told before is gone. One that we never told
-  // may hold another pack's limits.
+  // A configured module that reports otherwise has restarted and has lost its settings. One that was never configured
+  // in this session may hold the limits of another pack.
   const bool is_past_limits = slot.stage == SetupStage::done || is_about_board(slot.stage);
   if (said.restarted || (is_past_limits && said.limits_not_set)) {
     slot.stage = SetupStage::needed;
@@ -77,7 +77,7 @@ bool ModuleSetup::observe_response(std::size_t module_index, const CanFrame& fra
     if (is_board) slot.is_refused = false;
     return false;
   }
-  // Asked again after a while all the same: a refusal "in this mode" may end by itself.
+  // Sent again after setup_retry: a refusal "in this mode" may end by itself.
   return !std::exchange(slot.is_refused, true);
 }
 

@@ -1,23 +1,25 @@
-// Gives every module the pack's limits, so that it protects its cells by our numbers when we are gone: the cell
-// voltages, and the temperature of its board if the pack file names one.
+// Configures every module with the limits of the pack, so that it protects its cells by these if the master is lost:
+// the cell voltages, and the temperature of its board if the pack file has one.
 //
-//   needed --COMMAND set limits--> asked --RESPONSE done--> told --STATUS: limits set--> [board limit] --> done
-//      ^                             |                       |
-//      +---- it restarted -----------+- 200 ms: asked again -+
+//   due --COMMAND set limits--> sent --RESPONSE done--> acknowledged --STATUS: limits set--> [board limit] --> done
+//    ^                           |                           |
+//    +-------- restarted --------+---- 200 ms: sent again ---+
 //
-// Until a module has answered our COMMAND with "done", and says in STATUS that its limits are set, the pack may not
-// close; the board limit has no word in STATUS, its RESPONSE alone counts. A COMMAND or RESPONSE that was lost is asked
-// for again; one that was obeyed twice does no harm. A module that restarted, by its own word or because it says that
-// its limits are not set, is set up anew at once, with the pack open or closed: a closed one stays closed, since the
-// master goes on watching the cells, and the warning module_not_set_up tells of a module that does not take them.
+// Until a module has answered this node's COMMAND with "done", and reports in STATUS that its limits are set, the pack
+// must not close; for the board limit STATUS has no signal, only its RESPONSE counts. A COMMAND or RESPONSE that was
+// lost is repeated; executing one twice has no effect. A module that restarted, as it reports or because it reports
+// that its limits are not set, is configured again immediately, with the pack open or closed: a closed one stays
+// closed, since the master continues to monitor the cells, and the warning module_not_set_up reports a module that does
+// not accept them.
 //
-// Modules of another maker take nothing of it: they count as set up, and the pack file's limits are the only ones
-// (docs/foreign-modules.md).
+// Modules of another manufacturer accept none of this: they count as configured, and only the limits of the pack file
+// apply (docs/foreign-modules.md).
 //
-// Set up, a module is told that it is normal and whether it may balance by itself where it is left alone with its own
-// supply (balancing/autonomous); in STATUS there is no word for that either, its RESPONSE counts. It is told anew after
-// a restart, when the answer to the question has changed, and when it calls itself autonomous for a second although it
-// answers POLLs, which by the protocol make it normal. No more than once a second, and nobody waits for it to close.
+// Once configured, a module is commanded to mode normal, with the permission to balance autonomously when it is without
+// master and powered by its cells (balancing/autonomous); STATUS has no signal for that either, its RESPONSE counts.
+// The command is sent again after a restart, when the permission has changed, and when the module reports mode
+// autonomous for a second although it answers POLLs, which by the protocol set it to normal. At most once a second, and
+// closing does not wait for it.
 #pragma once
 
 #include <array>
@@ -33,60 +35,60 @@
 
 namespace bmu {
 
-/// COMMANDs of one tick; more modules wait for the next.
+/// Maximum number of COMMANDs per tick; further modules wait for the next tick.
 inline constexpr std::size_t setup_commands_per_tick = 4;
-/// An unanswered COMMAND is sent again after this.
+/// Timeout after which an unanswered COMMAND is sent again.
 inline constexpr Duration setup_retry = 200ms;
-/// A module is not told its mode more often; nor before it has called itself autonomous for so long.
+/// Minimum interval of mode commands, and time for which a module must report mode autonomous before one is sent.
 inline constexpr Duration mode_retry = 1s;
 
 enum class SetupStage : std::uint8_t {
   needed,
   asked,
-  told,          // it has answered "done"; its next STATUS has to say so, too
-  board_needed,  // the same for the board's limit
+  told,          // RESPONSE "done" received; its next STATUS has to confirm it
+  board_needed,  // the same for the limit of the board
   board_asked,
   done,
 };
 
-/// What modules are to be told of their mode.
+/// Mode and permission to be set in the modules.
 struct ModeWish {
-  bool may_tell = true;  // it is known what
+  bool may_tell = true;  // the permission is known
   bool is_autonomous_balancing_allowed = false;
 };
 
 class ModuleSetup {
  public:
-  /// Counters begin with `first_counter`.
+  /// Counters start with `first_counter`.
   void init(const CoreConfig& config, std::uint8_t first_counter);
-  /// Nobody counts as told: while nothing was heard, a module may have been swapped or restarted.
+  /// Resets all modules: while nothing was received, a module may have been replaced or restarted.
   void start_over();
-  /// Nor does this one: another module has its number now.
+  /// Resets one module: another module has its number now.
   void start_over(std::size_t module_index) {
     slots_[module_index] = {.stage = first_stage_, .counter = slots_[module_index].counter};
   }
-  /// What a module says of itself, from each STATUS. Returns the stage it led to.
+  /// Handles the state in each STATUS of a module. Returns the resulting stage.
   SetupStage observe_status(std::size_t module_index, const ModuleStatus& said, TimePoint at);
-  /// A RESPONSE to our COMMAND. True if it refuses for the first time since it was last needed.
+  /// Handles a RESPONSE to a COMMAND of this node. True for the first refusal since the module was last configured.
   bool observe_response(std::size_t module_index, const CanFrame& frame);
   /// COMMANDs that are due.
   [[nodiscard]] FixedVector<CanFrame, setup_commands_per_tick> step(TimePoint now, const ModuleTable& modules,
                                                                     const ModeWish& mode, CommandTurns& turns);
-  /// Broadcast COMMANDs, which nobody answers: that all modules forget the failures they latched, stop balancing, or
-  /// sleep (module_broadcasts.hpp).
+  /// Broadcast COMMANDs, which no module answers: clear latched failures in all modules, stop balancing, or sleep
+  /// (module_broadcasts.hpp).
   [[nodiscard]] CanFrame clear_faults();
   [[nodiscard]] CanFrame stop_balancing();
   [[nodiscard]] CanFrame sleep();
-  /// That the module with this serial number takes this node; all others ignore it.
+  /// Assigns this node to the module with this serial number; all others ignore it.
   [[nodiscard]] CanFrame set_node(std::uint32_t serial_number, std::uint8_t node);
-  /// For the COMMANDs of others: a module hears one row of counters from us.
+  /// Counter for COMMANDs that other classes build: a module expects one sequence of counters from the master.
   [[nodiscard]] std::uint8_t next_counter(std::size_t module_index) { return slots_[module_index].counter++; }
-  /// Every module has been told, and says so itself.
+  /// Every module has been configured, and its STATUS confirms it.
   [[nodiscard]] bool is_complete() const;
   [[nodiscard]] SetupStage stage(std::size_t module_index) const { return slots_[module_index].stage; }
-  /// It has answered a COMMAND with anything but "done", and has not obeyed since.
+  /// It has answered a COMMAND with anything but "done", and has not been configured since.
   [[nodiscard]] bool is_refused(std::size_t module_index) const { return slots_[module_index].is_refused; }
-  /// It has answered "done" to being told that it may balance by itself, and nothing else since.
+  /// Its last mode command permitted autonomous balancing, and was answered with "done".
   [[nodiscard]] bool is_autonomous_balancing_allowed(std::size_t module_index) const {
     return slots_[module_index].is_mode_told && slots_[module_index].is_allowed;
   }
@@ -97,11 +99,11 @@ class ModuleSetup {
     bool is_refused = false;
     TimePoint asked_at{};
     std::uint8_t counter = 0;
-    bool is_mode_told = false;  // and has said "done"
+    bool is_mode_told = false;  // and answered with "done"
     bool is_mode_asked = false;
-    bool is_allowed = false;  // what it was told or is being told
+    bool is_allowed = false;  // permission sent last
     TimePoint mode_asked_at{};
-    TimePoint autonomous_since{};  // by its own word; zero: it is not
+    TimePoint autonomous_since{};  // as reported in STATUS; zero: not autonomous
   };
 
   [[nodiscard]] CanFrame command_for(std::uint8_t node, Slot& slot) const;

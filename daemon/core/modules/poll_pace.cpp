@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// For the answers to a POLL at least, as the ages of a pack file must have it.
+/// Minimum time for the answers to a POLL, which the ages of a pack file must include.
 constexpr Duration answer_margin = 50ms;
 
 }  // namespace
@@ -62,7 +62,7 @@ AgeConfig ages_at(PollPace pace, const AgeConfig& configured, const PollConfig& 
   AgeConfig ages = configured;
   if (pace != PollPace::parked) return ages;
   const Duration slow = 2 * poll.parked_period + answer_margin;
-  // These count from the POLL: what the configuration leaves all answers at its own pace, they need at this one.
+  // Cell voltages are dated at the POLL: the time that the configuration leaves for all answers is needed here, too.
   const Duration cell_margin = std::max(answer_margin, configured.cell_voltage - 2 * poll.period);
   ages.cell_voltage = std::max(ages.cell_voltage, 2 * poll.parked_period + cell_margin);
   ages.temperature = std::max(ages.temperature, slow);

@@ -1,19 +1,19 @@
-// How fast the modules are asked: as fast as what happens in the pack wants it.
+// Poll rate of the modules: as high as the state of the pack requires.
 //
-//   fast     poll.fast_period_ms    something is suspected; or a pack that is not open is near a limit, or its current
-//                                   changes quickly. For two seconds more, so that the pace does not flutter.
-//   active   poll.period_ms         contactors commanded, somebody asks or could ask at any moment (key on, charger
-//                                   there), cells are bled, which modules end after a second without POLL, something is
-//                                   near a limit, missing or not set up, or was within 10 s
-//   parked   poll.parked_period_ms  none of these for 10 s: open, complete, good, and nobody there
+//   fast     poll.fast_period_ms    a fault is pending; or a pack that is not open is near a limit, or its current
+//                                   changes quickly. Held for two seconds, so that the rate does not alternate.
+//   active   poll.period_ms         contactors commanded; a close request is present or possible at any time (key on,
+//                                   charger connected); cells are bled, which modules end after a second without POLL;
+//                                   a value is near a limit or missing, or a module is not configured; or any of these
+//                                   within 10 s
+//   parked   poll.parked_period_ms  none of these for 10 s: open, complete, no fault pending, no request possible
 //
-// A pace without a period of its own is not entered. Asleep after an undervoltage nobody is polled at all
-// (rest_mode.hpp).
+// A rate without a period is not used. Asleep after an undervoltage no module is polled (rest_mode.hpp).
 //
-// What may not suffer by it: reaction times count from `active`, which every age and confirm time is checked against.
-// Parked, the ages allow what the slow period brings; a value beyond its limit makes the very next tick ask again, at
-// the fast pace; and whoever asks for a closed pack waits until complete cycles at the pace of then have told fresh
-// values, as after a start (ModuleTable::requalify).
+// Guarantees: reaction times are based on `active`, against which every age and confirm time is checked. At `parked`,
+// the ages allow for the slow period; a value beyond its limit causes a single poll in the very next tick, at the fast
+// rate; and a close request waits until complete cycles at the rate of that time have provided fresh values, as after a
+// start (ModuleTable::requalify).
 #pragma once
 
 #include <cstdint>
@@ -31,13 +31,13 @@ enum class PollPace : std::uint8_t { fast, active, parked };
 
 struct PaceInputs {
   TimePoint now{};
-  bool is_open = true;           // nothing is commanded closed
-  bool is_wanted = false;        // somebody asks, could ask, or gives a node number
-  bool is_bleeding = false;      // a balancing switch is on, or told to be
-  bool is_settled = false;       // every module answers, is identified and set up; no fault is present
-  bool is_suspected = false;     // a fault is, that is not yet believed
-  bool is_near_limit = false;    // beyond a warning
-  bool changes_current = false;  // by a step's worth, within a moment
+  bool is_open = true;           // no contactor is commanded closed
+  bool is_wanted = false;        // close request present or possible, or node assignment active
+  bool is_bleeding = false;      // a balancing switch is on, or commanded on
+  bool is_settled = false;       // every module answers, is identified and configured
+  bool is_suspected = false;     // a fault is pending
+  bool is_near_limit = false;    // beyond a warning threshold
+  bool changes_current = false;  // by a current step, within a short time
 };
 
 class PollPacer {
@@ -46,9 +46,9 @@ class PollPacer {
   static constexpr Duration parked_after = 10s;
 
   void init(const PollConfig& config, TimePoint started_at);
-  /// One tick. Returns the pace from now on.
+  /// One tick. Returns the new poll rate.
   PollPace step(const PaceInputs& in);
-  /// Nothing is known any more: as after a start.
+  /// As after a start: all values are unknown.
   void start_over(TimePoint at);
 
   [[nodiscard]] PollPace pace() const { return pace_; }
@@ -61,12 +61,12 @@ class PollPacer {
   PollConfig config_;
   PollPace pace_ = PollPace::active;
   TimePoint since_{};
-  TimePoint hurried_at_{};  // the last reason to be fast; zero: none yet
-  TimePoint busy_at_{};     // the last reason not to be parked
+  TimePoint hurried_at_{};  // the last reason for `fast`; zero: none yet
+  TimePoint busy_at_{};     // the last reason against `parked`
   BMU_FIELDS(skipped(config_), pace_, since_, hurried_at_, busy_at_)
 };
 
-/// The ages that hold at a pace: those of the configuration, or what two of the slow periods and an answer take.
+/// Ages that apply at a poll rate: those of the configuration, or the time of two slow periods and an answer.
 [[nodiscard]] AgeConfig ages_at(PollPace pace, const AgeConfig& configured, const PollConfig& poll);
 
 }  // namespace bmu

@@ -8,14 +8,14 @@ namespace bmu {
 
 namespace {
 
-/// Behind a POLL, before who is missing is asked alone: by then everybody else has answered.
+/// Time after a POLL before a module with a missing answer is polled singly: by then all others have answered.
 constexpr Duration silence_max = 100ms;
-/// Before the next broadcast: room for an answer.
+/// Time before the next broadcast: room for an answer.
 constexpr Duration single_takes = 20ms;
-/// What a deadline may be early by, as ticks fall: a tenth of the shortest period.
+/// Tolerance by which a deadline may be early, due to the ticks: a tenth of the shortest period.
 constexpr Duration early_max = 2ms;
 
-/// Deadlines of what is not asked in every poll advance by their own period; true if this poll is the one.
+/// Deadlines of parts that are not in every poll advance by their own period; true if the part is due in this poll.
 bool is_turn(TimePoint now, Duration period, TimePoint& due_at) {
   if (now + early_max < due_at) return false;
   due_at += period;
@@ -64,8 +64,8 @@ Poll PollSchedule::step(TimePoint now, Duration period, bool identities_known) {
   return {.is_due = true, .frame = poll_frame(0, wants, counter_++), .wants = wants};
 }
 
-/// Not before the answers to the last one have had their time: two answers of a large pack in a row leave the sensor,
-/// whose identifiers come last, no word for longer than its age.
+/// Not before the end of the answer window of the last poll: two consecutive answers of a large pack would block the
+/// sensor, which has the identifiers of lowest priority, for longer than its maximum age.
 TimePoint PollSchedule::hurried_at(TimePoint now, Duration period) const {
   return last_at_ == TimePoint{} ? now : std::max(now, last_at_ + std::min(period, silence_max));
 }

@@ -1,13 +1,13 @@
-// When the modules are asked, and for what. One broadcast POLL a period: arbitration then orders the answers, nothing
-// waits for a silent module, and SYNC makes all cell voltages samples of one instant.
+// Schedule of the polls and their contents. One broadcast POLL a period: arbitration then orders the answers, nothing
+// waits for a module that does not answer, and SYNC makes all cell voltages samples of one instant.
 //
 // Temperatures and identities have periods of their own, in time and not in polls: modules sample temperatures twice a
-// second however often they are asked, and a module swapped while live gives itself away within ten seconds.
+// second at any poll rate, and a module replaced in operation is detected within ten seconds.
 //
-// Who owes an answer shortly before the next broadcast is asked alone, so that one lost frame is made good within its
-// cycle; no more than two a cycle, and nobody if nobody answers. Then everybody is asked again when all answers have
-// had their time: modules stop what they do when they hear no POLL for a second, and at a slow pace one lost POLL is
-// that.
+// A module with a missing answer shortly before the next broadcast is polled singly, so that one lost frame is
+// recovered within its cycle; no more than two a cycle, and none if no module answers. In that case all are polled
+// again at the end of the answer window: modules stop their activity when they receive no POLL for a second, and at a
+// slow rate one lost POLL is enough for that.
 #pragma once
 
 #include <cstdint>
@@ -25,26 +25,27 @@ struct Poll {
   PollWants wants;
 };
 
-/// Once known, identities are asked again this often.
+/// Period of the identity polls once all identities are known.
 inline constexpr Duration identity_period = 10s;
-/// Modules asked alone for what they owe, in one cycle.
+/// Maximum number of single polls for missing answers in one cycle.
 inline constexpr std::uint8_t singles_per_cycle = 2;
 
 class PollSchedule {
  public:
   /// The first POLL has `first_counter`.
   void init(const PollConfig& config, TimePoint started_at, std::uint8_t first_counter = 0);
-  /// The POLL of this tick, if one is due. Deadlines advance by `period`; after a gap they start anew, and a period
-  /// that became shorter counts from the last POLL on. `identities_known`: every module has said who it is; until then
-  /// each POLL asks.
+  /// The POLL of this tick, if one is due. Deadlines advance by `period`; after a gap they restart, and a period that
+  /// became shorter counts from the last POLL on. `identities_known`: every module has sent its identity; until then
+  /// each POLL requests it.
   [[nodiscard]] Poll step(TimePoint now, Duration period, bool identities_known);
-  /// Whether a module that owes something is to be asked alone now. Counts: ask whenever it says so.
+  /// Whether a module with a missing answer is to be polled singly now. Counts the call: if true, the poll must be
+  /// sent.
   [[nodiscard]] bool may_ask_silent(TimePoint now, Duration period);
-  /// The next step has a POLL, or the one with which the answers to the last one have had their time.
+  /// Advances the next POLL to the next step, or to the end of the answer window of the last one.
   void hurry() { is_hurried_ = true; }
-  /// Whoever answers the last broadcast has done so: who has heard nobody by now has lost it, or the bus.
+  /// The answer window of the last broadcast is over: if no module has answered by now, the POLL or the bus was lost.
   [[nodiscard]] bool is_answer_over(TimePoint now) const;
-  /// A POLL to one module, beside the schedule.
+  /// A POLL to one module, in addition to the schedule.
   [[nodiscard]] CanFrame single(std::uint8_t node, const PollWants& wants);
 
  private:

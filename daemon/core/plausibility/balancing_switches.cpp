@@ -11,10 +11,12 @@ namespace bmu {
 namespace {
 
 constexpr Duration gap_max = 1s;
-/// A module's clock against ours, and the mark of a second its switch waits for. What is on for longer is told to stop.
+/// Tolerance for a module's clock, and for the one-second mark at which it switches. A switch that is on for longer is
+/// commanded off.
 constexpr int clock_error_percent = 2;
 constexpr Duration begins_within = 1s;
-/// A switch that was on for this share of its time has done its work: no clock is so wrong that less would be its end.
+/// A switch that was on for one `done_share`th of its time has finished: no clock is so wrong that it would end
+/// earlier.
 constexpr int done_share = 2;
 
 std::uint16_t bit_of(std::size_t cell) {
@@ -70,7 +72,7 @@ void BalancingSwitches::take(Slot& slot, const ModuleRecord& module) {
   judge(slot, at, said.board_too_hot);
 }
 
-/// What was on at the last read was on until this one.
+/// A switch that was on at the previous read counts as on until this one.
 void BalancingSwitches::count(const Slot& slot, const ModuleRecord& module, TimePoint at) {
   constexpr std::int64_t products_per_uAs = 1'000'000'000;  // of uA and ns
   const Duration since = at - slot.read_at;
@@ -98,7 +100,7 @@ void BalancingSwitches::follow_time(Slot& slot, TimePoint at) {
   }
 }
 
-/// A cell that is missing gets its time to come back, or to be over early; one that is unwanted, to go off.
+/// A cell that is missing has time to come back, or to have ended early; an uncommanded one, to switch off.
 void BalancingSwitches::judge(Slot& slot, TimePoint at, bool is_hot) {
   const auto missing = static_cast<std::uint16_t>(is_hot || !slot.obeys ? 0 : slot.told & ~slot.on);
   const auto wrong = static_cast<std::uint16_t>(missing | slot.unwanted());

@@ -1,24 +1,25 @@
-// The modules' balancing switches as they say themselves, against what they were told: what is bled, and who disobeys.
+// Monitor of the modules' balancing switches, as they report them, against the commands: bled charge, and mismatches.
 //
-//   told to bleed   on from the module's "done" for its minutes; it may begin within a second, and its clock may go
-//                   two percent late. Over when the switch is off again in the end of that time, or stays off after
-//                   half of it: a clock that goes fast is no fault.
-//   otherwise       off, from the first word of a module on, whatever mode or supply it claims, and also where the
-//                   module has no cell: a module that is polled has to obey, also one that may balance by itself
-//                   when it is left alone
+//   commanded on    on from the module's "done" for its minutes; it may start within a second, and its clock may be two
+//                   percent slow. Finished when the switch is off again at the end of that time, or stays off after
+//                   half of it: a fast clock is no fault.
+//   otherwise       off, from the first report of a module on, in any mode or with any supply that it reports, and also
+//                   where the module has no cell: a module that is polled must follow the commands, also one that may
+//                   balance autonomously without master
 //
-// Where modules decide by themselves which cells they bleed (devices/module_driver.hpp) any switch may be on while they
-// are told a target, and none otherwise.
+// Where modules decide which cells they bleed (devices/module_driver.hpp) any switch may be on while they are commanded
+// a target voltage, and none otherwise.
 //
-// A switch that is read as it should not be for `obey_max` disobeys. One that stays on drains its cell and warms its
-// board for ever; one that does not come on only leaves its cell as it is, and is remembered until it is seen on. A
-// switch that is off disobeys nobody while its module pauses because its board is hot, lives on its own cells, or is
-// not in its normal mode.
+// A switch that is read in the wrong state for `obey_max` is a mismatch. One that is stuck on drains its cell and warms
+// its board permanently; one that does not come on only leaves its cell as it is, and is recorded until it is seen on.
+// A switch that is off is no mismatch while its module pauses because its board is hot, is powered by its own cells, or
+// is not in mode normal.
 //
-// What a cell has lost is the sum over its reads with the switch on of its voltage / resistance * time, V at the
-// resistor as the module measures it. A gap of more than a second is not bridged: a module stops when nobody polls it.
+// The charge that a cell has lost is the sum, over its reads with the switch on, of voltage / resistance * time, with
+// the voltage at the resistor as the module measures it. A gap of more than a second is not bridged: a module stops
+// when it is not polled.
 //
-// Cost: a comparison a module while nothing new has come, a pass over its 12 cells when it has.
+// Cost: a comparison a module without a new report, a pass over its 12 cells with one.
 #pragma once
 
 #include <array>
@@ -31,7 +32,7 @@
 
 namespace bmu {
 
-/// Three of a module's marks of one second, at which it switches.
+/// Three of the one-second marks at which a module switches.
 inline constexpr Duration obey_max = 3s;
 
 using BalancingMinutes = std::array<std::uint8_t, internal_bus::cells_per_module_max>;
@@ -39,42 +40,42 @@ using BalancingMinutes = std::array<std::uint8_t, internal_bus::cells_per_module
 class BalancingSwitches {
  public:
   void init(const CoreConfig& config);
-  /// Once a tick, before anybody asks: takes over the MODULE frames that have come since.
+  /// Once a tick, before any query: handles the MODULE frames received since the last call.
   void update(const ModuleTable& modules);
-  /// What modules were told counts no longer, nor what they said: after a gap in our own life. Sums stay.
+  /// Discards commands and reports after an interruption of the core (stall, bus down, sleep). The sums are kept.
   void forget();
 
   /// A module has answered "done" to these minutes.
   void note_told(std::size_t module_index, const BalancingMinutes& minutes, TimePoint now);
-  /// Every module may bleed what it finds too high, until note_all_stopped.
+  /// Every module may bleed the cells above the target voltage, until note_all_stopped.
   void note_free();
-  /// A module, or all, was told to stop.
+  /// A module, or all, was commanded to stop.
   void note_stopped(std::size_t module_index);
   void note_all_stopped();
 
-  /// The last word of every module is that all its switches are off, and it was taken after `since`.
+  /// The last report of every module has all switches off, and was taken after `since`.
   [[nodiscard]] bool are_all_off(TimePoint since) const;
-  /// Some switch is on by the last word, whoever wanted it.
+  /// At least one switch is on in the last reports, commanded or not.
   [[nodiscard]] bool is_any_on() const;
-  /// Some module is still to bleed.
+  /// At least one module is commanded to bleed.
   [[nodiscard]] bool is_any_told() const;
-  /// A switch of this module is on that was not told to be.
+  /// A switch of this module is on without a command.
   [[nodiscard]] bool has_unwanted(std::size_t module_index) const { return unwanted(module_index) != 0; }
-  /// Which; also of cells the module does not have.
+  /// Mask of these switches; also of cells that the module does not have.
   [[nodiscard]] std::uint16_t unwanted(std::size_t module_index) const { return slots_[module_index].unwanted(); }
-  /// A cell by its number in its module, from 0; one that is not there has no number through the pack.
+  /// A cell by its number in its module, from 0; the pack number of a cell that does not exist is 0.
   [[nodiscard]] Element element_of(std::size_t module_index, std::size_t cell) const;
-  /// Minutes a cell was told for and has not yet done; 0: none.
+  /// Commanded minutes of a cell that has not finished; 0: none.
   [[nodiscard]] std::uint8_t minutes_told(std::size_t module_index, std::size_t cell) const;
   [[nodiscard]] std::uint16_t on(std::size_t module_index) const { return slots_[module_index].on; }
 
-  /// By number through the pack, from 0; since the start.
+  /// Bled charge by pack number, from 0; since the start.
   [[nodiscard]] std::int64_t bled_uAs(std::size_t cell) const { return bled_uAs_[cell]; }
   [[nodiscard]] const std::int64_t* bled_uAs() const { return bled_uAs_.data(); }
-  /// Where the first cell of a module stands in the pack.
+  /// Index of the first cell of a module in the pack.
   [[nodiscard]] std::size_t first_cell(std::size_t module_index) const { return slots_[module_index].first_cell; }
 
-  /// 1 and where, for a switch that stays on, or does not come on; else 0.
+  /// 1 and the element, for a switch that is stuck on, or does not come on; else 0.
   [[nodiscard]] Reading stays_on() const;
   [[nodiscard]] Reading stays_off() const;
 
@@ -83,16 +84,16 @@ class BalancingSwitches {
     std::uint8_t node = 0;
     std::uint8_t cell_count = 0;
     std::uint16_t first_cell = 0;
-    TimePoint read_at{};        // the last word of its switches; zero: none counts
-    std::uint16_t on = 0;       // then
-    bool obeys = false;         // as far as it says: in its normal mode, and not on its own cells
-    std::uint16_t told = 0;     // cells whose switch has to be on
-    std::uint16_t ending = 0;   // cells whose switch may be either: their time is over, or nearly
-    std::uint16_t came_on = 0;  // were on at some time since they were told
-    std::uint16_t dead = 0;     // did not come on when it was told to
+    TimePoint read_at{};        // the last report of its switches; zero: none is valid
+    std::uint16_t on = 0;       // in that report
+    bool obeys = false;         // as reported: in mode normal, and not powered by its own cells
+    std::uint16_t told = 0;     // cells with a switch that must be on
+    std::uint16_t ending = 0;   // cells with a switch in either state: their time is over, or nearly
+    std::uint16_t came_on = 0;  // were on at least once since the command
+    std::uint16_t dead = 0;     // did not come on when commanded
     TimePoint told_at{};
     BalancingMinutes minutes{};
-    std::array<TimePoint, internal_bus::cells_per_module_max> wrong_since{};  // zero: it is as it should be
+    std::array<TimePoint, internal_bus::cells_per_module_max> wrong_since{};  // zero: no mismatch
 
     [[nodiscard]] std::uint16_t unwanted() const { return static_cast<std::uint16_t>(on & ~told & ~ending); }
     BMU_FIELDS(skipped(node), skipped(cell_count), skipped(first_cell), read_at, on, obeys, told, ending, came_on, dead,
@@ -111,7 +112,7 @@ class BalancingSwitches {
   bool are_free_ = false;
   std::array<Slot, modules_max> slots_{};
   std::array<std::int64_t, cells_max> bled_uAs_{};
-  std::array<std::int32_t, cells_max> rests_{};  // uV/Ohm * ns, not yet a whole uAs: below a second's uA
+  std::array<std::int32_t, cells_max> rests_{};  // remainders below 1 uAs, in uV/Ohm * ns
   BMU_FIELDS(skipped(module_count_), skipped(resistance_Ohm_), are_free_, slots_, bled_uAs_, rests_)
 };
 

@@ -8,7 +8,7 @@ void BusWatch::note_bus_off(TimePoint at) {
 }
 
 bool BusWatch::is_storm(TimePoint now) const {
-  const TimePoint oldest = bus_off_at_[head_];  // of the last three: the next to be written over
+  const TimePoint oldest = bus_off_at_[head_];  // of the last three: the next to be overwritten
   return oldest != TimePoint{} && now - oldest <= storm_span;
 }
 

@@ -1,7 +1,7 @@
-// What the buses tell about themselves and about people who should not be on them.
+// Monitor of the state of the buses, and of nodes that must not be on them.
 //
-// A controller that goes off the bus again and again is repaired, not restarted: three times within a minute is a fault
-// of its own. What was seen is remembered for as long as it speaks for the present.
+// A controller that goes bus-off repeatedly needs repair, not a restart: three times within a minute is a fault of its
+// own. An observation is kept for as long as it is valid for the present.
 #pragma once
 
 #include <array>
@@ -16,7 +16,8 @@ class BusWatch {
  public:
   static constexpr std::size_t storm_count = 3;
   static constexpr Duration storm_span = 60s;
-  /// A frame of a module that the pack does not have is chance once; twice within this is a module.
+  /// A single frame of a module that the pack does not have may be chance; a second one within this time confirms a
+  /// module.
   static constexpr Duration stranger_memory = 5s;
   static constexpr Duration reporter_memory = 5s;
   static constexpr Duration misplaced_memory = 5s;
@@ -24,17 +25,17 @@ class BusWatch {
   void note_bus_off(TimePoint at);
   void note_error_passive(bool is_passive) { is_error_passive_ = is_passive; }
   void note_unknown_module(std::uint8_t node, TimePoint at);
-  /// It has another node now.
+  /// The module has another node now.
   void forget_unknown_module(std::uint8_t node);
-  /// Somebody else sends the messages of 620h to 628h.
+  /// Another node sends the messages of 620h to 628h.
   void note_foreign_report(TimePoint at) { foreign_report_at_ = at; }
 
-  /// A frame on the vehicle bus that shows swapped buses (swapped_buses.hpp).
+  /// A frame on the vehicle bus that indicates swapped buses (swapped_buses.hpp).
   void note_misplaced_frame(TimePoint at) { misplaced_at_ = at; }
 
   [[nodiscard]] bool is_storm(TimePoint now) const;
   [[nodiscard]] bool is_error_passive() const { return is_error_passive_; }
-  /// Its node number, or 0.
+  /// Node number of the unknown module; 0: none.
   [[nodiscard]] std::uint8_t unknown_module(TimePoint now) const;
   [[nodiscard]] bool has_foreign_report(TimePoint now) const;
   [[nodiscard]] bool has_misplaced_frames(TimePoint now) const;
@@ -47,7 +48,7 @@ class BusWatch {
   bool is_error_passive_ = false;
   std::uint8_t unknown_node_ = 0;
   TimePoint unknown_at_{};            // its latest frame
-  TimePoint unknown_confirmed_at_{};  // when it had spoken twice
+  TimePoint unknown_confirmed_at_{};  // its latest confirming frame
   TimePoint foreign_report_at_{};
   TimePoint misplaced_at_{};
   [[nodiscard]] bool are_fields_possible() const { return head_ < bus_off_at_.size(); }

@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// Into the pack; the sensor counts out of it. Of the least number there is the greatest.
+/// Current into the pack; the sensor counts the current out of it. The minimum of the type becomes its maximum.
 std::int32_t into(std::int32_t current_mA) {
   return static_cast<std::int32_t>(std::min<std::int64_t>(-std::int64_t{current_mA}, INT32_MAX));
 }
@@ -16,7 +16,8 @@ std::int32_t tolerance(std::int32_t of, std::int32_t permille, std::int32_t leas
   return std::max(least, static_cast<std::int32_t>(std::int64_t{of} * permille / 1'000));
 }
 
-/// Of two sensors of one voltage, each with the tolerance, and of what the wires between them lose.
+/// Compares two sensors of one voltage, with the tolerance of each, which includes the losses in the wires between
+/// them.
 bool is_another_voltage(const Measured<std::int32_t>& told_mV, const Measured<std::int32_t>& pack_mV) {
   if (!told_mV.is_valid() || !pack_mV.is_valid()) return false;
   const std::int32_t allowed_mV =
@@ -53,7 +54,7 @@ void ChargerWatch::look_for_silence(const ChargerWatchInputs& in) {
   }
 }
 
-/// The most of each span: what was asked for longer ago than the settling time is forgotten, and no sooner.
+/// Keeps the maximum of each span: a command older than the settling time is discarded, and none earlier.
 void ChargerWatch::follow_asked(const ChargerWatchInputs& in) {
   const std::int32_t asked_mA = in.is_enabled ? in.asked_mA : 0;
   const Duration length = in.table->driver().settle / spans;
@@ -83,14 +84,14 @@ void ChargerWatch::count_told(const Measured<std::int32_t>& told, std::int32_t m
     told_over_ = 0;
     return;
   }
-  // The oldest of its parts is newer than the sum that was counted last: every unit has reported since.
+  // The oldest part of the sum is newer than the last counted sum: every unit has reported since.
   if (told.taken_at <= told_over_at_) return;
   told_over_at_ = now;
   if (told_over_ < told_over_min) ++told_over_;
 }
 
-/// What it may give after a stop: anything at first, then less than was asked for, and in the end nothing. `least_mA`:
-/// what counts as nothing.
+/// Maximum current after a stop: any at first, then less than was commanded, and finally none. `least_mA`: current that
+/// counts as none.
 std::int32_t ChargerWatch::stopped_max_mA(const ChargerWatchInputs& in, std::int32_t least_mA) const {
   const Duration settle = in.table->driver().settle;
   const Duration since = in.now - stopped_since_;
@@ -112,7 +113,7 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
   const std::int32_t told_max_mA =
       ceiling_mA() + tolerance(ceiling_mA(), tolerance_permille, units * current_tolerance_min_mA);
   count_told(told, is_asked ? told_max_mA : stopped_max_mA(in, units * stopped_mA), in.now);
-  // Where a vehicle may brake both have to say so.
+  // If a vehicle may brake, the sensor and the chargers must agree.
   keeps_on_ = in.is_alone ? !is_asked && into_mA > stopped_max_mA(in, stopped_mA)
                           : !is_asked && into_mA > stopped_mA && told_over_ >= told_over_min;
   const bool can_sensor_judge = in.is_alone && sensed.is_valid();
@@ -137,7 +138,7 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
                                       : told_max_mA};
 }
 
-/// While a steady current is asked for, or none any more. Loads beside the charger may take of what it gives, but
+/// While a steady current is commanded, or none any more. Loads beside the charger may take part of its current, but
 /// hardly half of it.
 void ChargerWatch::look_for_contradiction(const ChargerWatchInputs& in) {
   const Measured<std::int32_t>& sensed = in.pack->current_mA;

@@ -8,11 +8,11 @@ namespace bmu {
 namespace {
 
 constexpr Duration span_min = 1s;
-/// The slowest link that a pack file can describe falls to less than half in that time (link_decay_max).
+/// The slowest DC link that a pack file can describe falls to less than half in that time (link_decay_max).
 constexpr Duration span_max = 10min;
 constexpr std::int64_t fall_min_permille = 2;
 constexpr double margin = 1.5;
-/// A link that has to fall by less than this is not told from one that stays.
+/// A DC link that has to fall by less than this cannot be distinguished from one that does not discharge.
 constexpr std::int32_t done_max_permille = 990;
 
 std::chrono::duration<double> seconds(Duration span) {

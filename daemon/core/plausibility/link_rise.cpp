@@ -8,13 +8,13 @@ namespace bmu {
 namespace {
 
 constexpr Duration span_min = 200ms;
-/// Of what is missing at first, so much has to come, or it may be the sensor.
+/// Minimum rise, as a share of the voltage that is missing at first; a smaller one may be an error of the sensor.
 constexpr std::int64_t rise_min_permille = 20;
-/// From half to last it is at least so much as fast as from first to half.
+/// Minimum ratio of the rate from half to last to the rate from first to half.
 constexpr double steady_min = 0.7;
-/// On its way a link has at least so much of what was missing.
+/// Minimum share of the missing voltage by which a DC link has risen that counts as rising.
 constexpr std::int64_t on_its_way_min_permille = 50;
-/// A voltage nearer to the pack's than this is not told from it.
+/// A voltage closer to the pack voltage than this cannot be distinguished from it.
 constexpr std::int32_t resolved_permille = 5;
 constexpr double margin = 1.5;
 constexpr double energy_margin = 1.2;
@@ -78,7 +78,7 @@ std::optional<SlowRise> LinkRise::slow_rise() const {
                   .is_ended_by_heat = is_resistor_hot_};
 }
 
-/// Between the two voltages around it, where what is missing has fallen to what still counts as following.
+/// Interpolated between the two voltages around the instant at which the missing voltage falls to the tolerance.
 std::optional<Duration> LinkRise::followed_after() const {
   const std::int64_t risen_mV = std::int64_t{missing_at_start_mV_} - before_.missing_mV;
   const bool is_on_its_way =

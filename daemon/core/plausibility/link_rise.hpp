@@ -1,15 +1,15 @@
-// How the DC link rises in a precharge. Of a link that charges through a resistor, what is missing to the pack's
-// voltage falls as exp(-t / tau), tau = R C. From that follows what the keys of the precharge would have to be, for the
-// texts of faults; it decides nothing.
+// Rise of the DC link voltage during a precharge. If it charges through a resistor, the voltage missing to the pack
+// voltage falls as exp(-t / tau), tau = R C. From that follow suitable values for the precharge keys, for the texts of
+// faults; they are not used for any decision.
 //
-//   missing  ---.                        first, half, last: from when the contactor had its time to close. A link that
-//               :                        charges falls as fast from half to last as from first to half; under a load it
-//               .---first                slows down, and behind an open resistor it does not fall.
-//                    .---half            before, followed: the last voltage that did not follow the pack, and the first
-//                           .-----last   that did. A link that is none, or one behind a shorted resistor or a welded
-//                                        contactor, is not seen on its way.
+//   missing  ---.                        first, half, last: from when the contactor had its time to close. A DC link
+//               :                        that charges falls as fast from half to last as from first to half; under a
+//               .---first                load it slows down, and behind an open resistor it does not fall.
+//                    .---half            before, followed: the last voltage away from the pack voltage, and the
+//                           .-----last   first one at it. With no DC link, or behind a shorted resistor or a welded
+//                                        contactor, there is no sample in between.
 //
-// Inputs are those of the contactor sequence. State: five voltages, kept until the next precharge begins.
+// Inputs are those of the contactor sequence. State: five voltages, kept until the next precharge starts.
 #pragma once
 
 #include <cstdint>
@@ -21,41 +21,41 @@
 
 namespace bmu {
 
-/// Of a link that rises as one that charges, and has not followed the pack.
+/// Rise of a DC link that charges, and has not reached the pack voltage.
 struct SlowRise {
   Duration time_constant{};
-  Duration began_after{};  // after the precharge contactor was commanded: it rises from then on at the latest
+  Duration began_after{};  // after the command of the precharge contactor: latest start of the rise
   std::int32_t pack_mV = 0;
-  bool is_ended_by_heat = false;  // of the resistor, before the time was over
+  bool is_ended_by_heat = false;  // of the resistor, before the timeout
 };
 
 class LinkRise {
  public:
-  /// Once a tick, with the state and the inputs of the sequence before its step. Beside a precharge nothing changes.
+  /// Once a tick, with the state and the inputs of the sequence before its step. Without effect outside of a precharge.
   void update(const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config);
 
-  /// Nothing before 200 ms have passed, and of a link that does not rise, or not as one that charges.
+  /// No value before 200 ms have elapsed, or for a DC link that does not rise, or not like one that charges.
   [[nodiscard]] std::optional<SlowRise> slow_rise() const;
-  /// From the command of the precharge contactor until the link followed the pack; nothing if it was not seen on its
-  /// way there.
+  /// Time from the command of the precharge contactor until the DC link was at pack voltage; none if there was no
+  /// sample of the rise in between.
   [[nodiscard]] std::optional<Duration> followed_after() const;
 
  private:
   struct Sample {
-    Duration since{};             // the precharge contactor was commanded; zero: none
-    std::int32_t missing_mV = 0;  // pack less link
+    Duration since{};             // since the command of the precharge contactor; zero: none
+    std::int32_t missing_mV = 0;  // pack voltage minus DC link voltage
   };
   void take_rise(const Sample& sample);
 
   TimePoint began_at_{};
   Sample first_;
-  Sample half_;  // a quarter to a half of the time from first to last
+  Sample half_;  // at a quarter to a half of the time from first to last
   Sample next_half_;
   Sample last_;
   Sample before_;
   Sample followed_;
   std::int32_t missing_at_start_mV_ = 0;
-  std::int32_t apart_max_mV_ = 0;  // from the pack, to follow it
+  std::int32_t apart_max_mV_ = 0;  // tolerance to the pack voltage
   std::int32_t pack_mV_ = 0;
   bool is_resistor_hot_ = false;
   [[nodiscard]] bool are_fields_possible() const {
@@ -67,15 +67,17 @@ class LinkRise {
              pack_mV_, is_resistor_hot_)
 };
 
-/// A precharge_min below which a link that follows after this long does not fall: two thirds of it, or the least that a
-/// pack file takes (precharge_min_least) where that leaves a tenth. Less than that least: no pack file takes it.
+/// Value of precharge_min for which a DC link that reaches the pack voltage after this time is not too fast: two thirds
+/// of the time, or the minimum of a pack file (precharge_min_least) if that leaves a margin of a tenth. A result below
+/// that minimum is not permitted in a pack file.
 [[nodiscard]] Duration precharge_min_that_would_do(Duration followed_after);
 
-/// A precharge_timeout in which such a link follows from empty and the current falls: the time that takes, and half as
-/// much again, in tenths of a second. It may be more than the pack file takes (precharge_timeout_max).
+/// Value of precharge_timeout in which such a DC link reaches the pack voltage from empty and the current falls: the
+/// time for that, and half as much again, in tenths of a second. It may exceed the maximum of the pack file
+/// (precharge_timeout_max).
 [[nodiscard]] Duration precharge_timeout_that_would_do(const SlowRise& rise, const ContactorConfig& config);
 
-/// What charging such a link from empty leaves in the resistor, E = U^2 tau / (2 R), and a fifth more, in tens of
+/// Energy in the resistor after charging such a DC link from empty, E = U^2 tau / (2 R), and a fifth more, in tens of
 /// joules; 0 without the resistance.
 [[nodiscard]] std::int32_t precharge_energy_that_would_do_J(const SlowRise& rise, const ContactorConfig& config);
 

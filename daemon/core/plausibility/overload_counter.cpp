@@ -9,7 +9,7 @@ namespace {
 constexpr Duration gap_max = 1s;
 
 constexpr std::int64_t square_cA2(std::int32_t current_mA) {
-  const std::int64_t current_cA = (std::int64_t{current_mA} + 9) / 10;  // up: never less heat than there is
+  const std::int64_t current_cA = (std::int64_t{current_mA} + 9) / 10;  // rounded up: never less heat than in reality
   return current_cA * current_cA;
 }
 
@@ -30,7 +30,7 @@ void OverloadCounter::Heat::init(std::int32_t continuous_mA, std::int32_t peak_m
 }
 
 void OverloadCounter::Heat::count(std::int32_t magnitude_mA, std::int64_t span_us) {
-  // Twice the budget is enough to be far beyond it, and leaves an end to the cooling down.
+  // Twice the budget is far beyond it, and bounds the time to cool down.
   const std::int64_t more = (square_cA2(magnitude_mA) - continuous_cA2) * span_us;
   used = static_cast<std::uint64_t>(std::clamp<std::int64_t>(static_cast<std::int64_t>(used) + more, 0, 2 * budget));
 }

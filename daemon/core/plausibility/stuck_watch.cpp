@@ -11,17 +11,17 @@ namespace bmu {
 namespace {
 
 constexpr std::int64_t shows_at_least_uV = 5'000;
-/// Samples further apart than this do not prove what was between them.
+/// The voltage between two samples further apart than this is unknown.
 constexpr Duration sample_gap_max = 1s;
-/// A module averages a cell over so long, however fast it is polled.
+/// Averaging time of a cell voltage in the module, at any poll rate.
 constexpr Duration averaged_over = 100ms;
-/// A poll and its answers, and a sample of the current, are each late by as much.
+/// Delay of a poll with its answers and of a current sample: a tick each.
 constexpr Duration late_by = 2 * tick_period;
-/// No module bleeds a cell with more, so that all of it may go past a cell that is balanced.
+/// Maximum bleed current of a module: up to this, the whole pack current may bypass a cell that is balanced.
 constexpr std::int32_t bleed_max_mA = 500;
 constexpr std::int64_t nanovolts_per_uV = 1'000;
-/// Worn cells have more resistance than their data sheet says, warm ones less and cold ones more: what a step shows at
-/// least is that of a hot cell, and at most that of a worn one in the cold.
+/// Worn cells have more resistance than in their data sheet, warm ones less and cold ones more: the minimum response to
+/// a current step is that of a hot cell, the maximum that of a worn one in the cold.
 constexpr double worn_factor = 2.0;
 constexpr double hot_C = 60.0;
 constexpr double cold_C = -20.0;
@@ -90,7 +90,7 @@ void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std:
   cell.taken_at = voltage_uV.taken_at;
 }
 
-/// All currents around a sample, `current_mA` among them.
+/// Range of all currents around a sample, including `current_mA`.
 CurrentRange StuckWatch::currents_around(TimePoint taken_at, std::int32_t current_mA,
                                          const CurrentWindow& window) const {
   const CurrentRange range = window.range(taken_at - sampled_within_, taken_at + sampled_within_);
@@ -98,7 +98,7 @@ CurrentRange StuckWatch::currents_around(TimePoint taken_at, std::int32_t curren
   return {true, std::min(range.min_mA, current_mA), std::max(range.max_mA, current_mA)};
 }
 
-/// With a sample of the same value: what came behind the ones before it is known by now, or will be with the next.
+/// With a sample of the same value: the currents after the previous samples are known by now, or with the next sample.
 void StuckWatch::settle_references(Cell& cell, TimePoint taken_at, std::int32_t current_mA,
                                    const CurrentWindow& window) const {
   if (!cell.is_first_settled) {

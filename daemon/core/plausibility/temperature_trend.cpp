@@ -6,13 +6,13 @@ namespace {
 
 constexpr Duration spacing = 250ms;
 constexpr Duration span_min = 1s;
-/// Longer than any temperature counts as fresh: what rose in between is anybody's guess.
+/// Longer than the maximum age of a temperature at the rates fast and active: the rise in between is unknown.
 constexpr Duration gap_max = 1s;
 
 }  // namespace
 
 void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) {
-  // A doubtful one may still be true: what was before it is kept to be compared with.
+  // An implausible one may still be true: the previous one is kept for comparison.
   if (temperature_dC.taken_at == newest.taken_at || temperature_dC.validity == Validity::doubtful) return;
   if (!temperature_dC.is_valid()) {
     *this = {};
@@ -20,7 +20,7 @@ void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) 
     return;
   }
   if (temperature_dC.taken_at - newest.taken_at > gap_max) *this = {};
-  // The samples of an empty ring are of the beginning of time.
+  // The samples of an empty ring have the minimum time.
   const bool is_due = temperature_dC.taken_at - older[(head + samples_max - 1) % samples_max].taken_at >= spacing;
   newest = {temperature_dC.value, temperature_dC.taken_at};
   if (!is_due) return;

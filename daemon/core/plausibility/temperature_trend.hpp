@@ -1,9 +1,8 @@
-// How fast each cell temperature rises: the newest value of a sensor against the one it had about two seconds before.
-// A cell that runs away warms by kelvins a second; load and weather by kelvins an hour.
+// Temperature gradient of each cell sensor: its newest value compared with the one about two seconds before. A runaway
+// cell warms by kelvins per second; load and weather by kelvins per hour.
 //
-// A sensor that was not measured, or not heard for a second, begins anew, and says nothing before a second of its
-// values is there.
-// Cost: a comparison a module while nothing new has come.
+// A sensor that was not measured, or not received for a second, restarts, and has no gradient before its values cover a
+// second. Cost: a comparison a module without new values.
 #pragma once
 
 #include <array>
@@ -17,11 +16,11 @@ namespace bmu {
 
 class TemperatureTrend {
  public:
-  /// Takes over what has come since the last call.
+  /// Handles the values received since the last call.
   void update(const ModuleTable& modules);
   void forget() { tracks_ = {}; }
 
-  /// The fastest rise, in mK/s; not known while no sensor has a history.
+  /// The fastest rise, in mK/s; unknown while no sensor has a history.
   [[nodiscard]] Reading fastest_mK_per_s(const ModuleTable& modules) const;
 
  private:
@@ -35,7 +34,7 @@ class TemperatureTrend {
     Sample newest;
     std::array<Sample, samples_max> older{};  // a ring, at least `spacing` apart
     std::uint8_t count = 0;
-    std::uint8_t head = 0;  // of the next to be written
+    std::uint8_t head = 0;  // index of the next to be written
 
     void add(const Measured<std::int32_t>& temperature_dC);
     [[nodiscard]] const Sample& oldest() const;

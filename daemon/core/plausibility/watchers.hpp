@@ -1,4 +1,4 @@
-// Everything that remembers measurements over time to judge the present ones: one member a question, each its own file.
+// Monitors that need previous measurements to check the present ones: one member per test, each in a file of its own.
 #pragma once
 
 #include "daemon/core/estimation/health/step_response.hpp"

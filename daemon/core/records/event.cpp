@@ -109,8 +109,8 @@ std::string tenths_text(Duration span) {
   return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
 }
 
-/// A value of a key that would do, between what a pack file takes: "KEY 31000 would do, found 5000"; beyond it, with
-/// what it needs instead.
+/// A sufficient value for a key, within the range of the pack file: "KEY 31000 would do, found 5000"; outside it, with
+/// the alternative measure.
 std::string value_that_would_do(std::string_view key, const LikelyCause& cause, std::optional<Duration> least,
                                 std::optional<Duration> most, std::string_view instead) {
   const std::string value = std::to_string(to_ms(cause.would_do));
@@ -148,13 +148,13 @@ std::string slow_rise_text(const LikelyCause& cause) {
   return cause.would_do > cause.found ? energy + "; " + timeout : energy;
 }
 
-/// ": link 29.920 V, pack 30.000 V"; nothing where they are not known.
+/// ": link 29.920 V, pack 30.000 V"; empty if unknown.
 std::string link_and_pack_text(const Reading& link, std::int64_t pack_mV) {
   if (!link.is_known) return "";
   return ": link " + value_text(Unit::mV, link.value) + ", pack " + value_text(Unit::mV, pack_mV);
 }
 
-/// Behind the place, if there is one: " 2.8510 V, limit 2.9000 V".
+/// Follows the element, if there is one: " 2.8510 V, limit 2.9000 V".
 std::string limit_text(const FaultRow& row, const Reading& reading, std::int64_t threshold) {
   if (!row.has_limit()) return "";
   return (to_text(reading.element).empty() ? ": " : " ") + value_text(row.unit, reading.value) + ", limit " +
@@ -198,7 +198,7 @@ std::string setting_text(SensorSetupTrouble trouble, std::int32_t value) {
   }
 }
 
-/// As the core tells it: what is wrong, of which channel, found and wanted.
+/// The problem as the core encodes it: kind, channel, found and expected value.
 SensorSetupProblem problem_in(const Event& event) {
   return {.trouble = static_cast<SensorSetupTrouble>(event.number),
           .channel = event.reading.element.number,
@@ -210,7 +210,7 @@ std::string_view sensor_name(std::uint8_t channel) {
   return channel < sensor_channels_used ? "the current sensor" : "the second current sensor";
 }
 
-/// "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now".
+/// The changed setting of a sensor: "U1: every 100 ms before, every 60 ms now".
 std::string text_of_set_up(const SensorSetupProblem& changed) {
   if (changed.trouble == SensorSetupTrouble::none) {
     return std::string(sensor_name(changed.channel)) + " was found configured as wanted";

@@ -1,5 +1,5 @@
-// What is worth telling: declared in one place, with severity and text. The core returns events, the shell logs each
-// once. An event carries numbers, never text; to_text makes the line.
+// Events to be logged: declared in one place, with severity and text. The core returns events, the shell logs each
+// once. An event carries numbers, never text; to_text() makes the line.
 #pragma once
 
 #include <cstdint>
@@ -80,40 +80,40 @@ struct Event {
   Phase phase_to{};
   OpeningCause cause = OpeningCause::none;
   Port port{};
-  // Link and pack voltage of a precharge that was given up are reading and threshold, in mV.
-  // Node, serial number, milliseconds, permille, identifier, Blocker or the like, as the event says; of a charger that
-  // runs away what it gives, with what it was asked for as `threshold`: mA, or mV where the reading's value is 2.
+  // For an aborted precharge, reading and threshold are DC link and pack voltage, in mV.
+  // Node, serial number, milliseconds, permille, identifier, Blocker or the like, depending on the event; for a charger
+  // that runs away the value given, with the value requested as `threshold`: mA, or mV where the reading's value is 2.
   std::int64_t number = 0;
-  LikelyCause likely;        // of a fault that is confirmed
-  bool is_stricter = false;  // the fault does more in this pack than the fault table has it do
+  LikelyCause likely;        // for a confirmed fault
+  bool is_stricter = false;  // the pack file gives the fault a stricter reaction than the fault table
 
-  /// Where `number` is one of an enumeration.
+  /// Whether `number` is a valid enumerator in events that use it as one.
   [[nodiscard]] bool are_fields_possible() const;
 };
 
-/// The row's, but what is meant to happen, or does no more than warn, is told as no more than that: an opening because
-/// nobody asks for a closed pack any more, a fault whose reaction is a warning.
+/// Severity of the row, but no more than info for an intended opening (end of the close request, shutdown), and no more
+/// than warning for a fault with a reaction that is only a warning.
 [[nodiscard]] Severity severity_of(const Event& event);
 
-/// A fault that is decided by link and pack voltage, and reads no more than that it is there.
+/// A fault that is decided by DC link and pack voltage, with a reading that only gives its presence.
 [[nodiscard]] bool is_about_link(FaultId fault);
 
-/// Why a request to close was refused, with the values that it was decided by: those of a RefusalRecord.
+/// Reason for refusing a close request, with the values that decided it: those of a RefusalRecord.
 [[nodiscard]] std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading, std::int64_t threshold);
 
-/// One line for people, without time and severity.
+/// One line of the log, without time and severity.
 [[nodiscard]] std::string to_text(const Event& event);
 
 /// "cell 2.7 (no. 19)", "module 3", "" for the pack.
 [[nodiscard]] std::string to_text(const Element& element);
 
-/// "no charger is plugged in: ...", with the key by its path; "" for none.
+/// "no charger is plugged in: ...", with the path of the key; "" for none.
 [[nodiscard]] std::string to_text(const LikelyCause& cause);
 
 /// "U1: found every 100 ms, wanted every 60 ms", "I: no answer".
 [[nodiscard]] std::string to_text(const SensorSetupProblem& problem);
 
-/// A value in the row's unit as people read it: "2.8710 V".
+/// A value with the row's unit, for display: "2.8710 V".
 [[nodiscard]] std::string value_text(Unit unit, std::int64_t value);
 
 /// "35.000 A given, 20.000 A asked for".

@@ -1,4 +1,4 @@
-// Events wait here in order until a decision takes them along. Full: the newest is dropped and counted.
+// Queue of events until a decision returns them, in order. Full: the newest is dropped and counted.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace bmu {
 
-/// Bounds what a tick has to copy; a burst of events is spread over ticks, none is reordered.
+/// Limits the copying in a tick; a burst of events is spread over ticks, none is reordered.
 inline constexpr std::size_t events_per_tick = 24;
 using TickEvents = FixedVector<Event, events_per_tick>;
 
@@ -24,7 +24,7 @@ class EventQueue {
     slots_[(first_ + count_) % slots_.size()] = event;
     ++count_;
   }
-  /// As many as fit.
+  /// Moves as many as fit.
   void move_to(TickEvents& out) {
     while (count_ > 0 && out.try_push_back(slots_[first_])) {
       first_ = (first_ + 1) % slots_.size();
@@ -34,7 +34,7 @@ class EventQueue {
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:
-  // Room for every module to introduce itself and every fault to be confirmed within one tick.
+  // Room for every module to be identified and every fault to be confirmed within one tick.
   std::array<Event, 256> slots_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;

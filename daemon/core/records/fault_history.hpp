@@ -1,8 +1,8 @@
-// What is remembered of each fault for longer than a process lives: how often, when first and last, who cleared it, and
-// the whole pack as it was in the moment the fault was believed.
+// Persistent record of each fault: how often it was confirmed, when first and last, the user that cleared it, and the
+// state of the whole pack at the instant of its confirmation.
 //
-// Times are those of the wall clock, in ms since 1970, 0 while nobody has told it. The shell writes this to disk when
-// `generation` of the core's persistent state changes, and hands it back at the next start.
+// Times are those of the wall clock, in ms since 1970, 0 while it is unknown. The shell writes the records to disk when
+// `persistent_generation()` of the core changes, and restores them at the next start.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace bmu {
 
-/// Who ended a fault that had latched.
+/// Clearing of a latched fault.
 struct ClearRecord {
   std::int64_t unix_time_ms = 0;
   std::uint32_t user_id = 0;
@@ -23,10 +23,10 @@ struct ClearRecord {
 };
 
 struct FaultRecord {
-  std::uint32_t count = 0;  // confirmations, over all lives
+  std::uint32_t count = 0;  // confirmations in all sessions
   std::int64_t first_unix_time_ms = 0;
   std::int64_t last_unix_time_ms = 0;
-  bool is_locked = false;  // latched, over a restart too, until it is cleared
+  bool is_locked = false;  // latched, also over a restart, until it is cleared
   std::optional<ClearRecord> cleared;
   std::optional<FreezeFrame> frame;  // of the last confirmation
 
@@ -34,7 +34,7 @@ struct FaultRecord {
 };
 
 /// Whether a fault that is confirmed now stays latched over a restart. `is_in_use`: contactors are commanded closed,
-/// and nobody has told the daemon to end.
+/// and the daemon is not shutting down.
 [[nodiscard]] constexpr bool locks(const FaultRow& row, bool is_in_use) {
   return row.latch != Latch::none && (row.outlives == Outlives::always || is_in_use);
 }

@@ -1,6 +1,6 @@
-// The whole pack at the instant a fault is believed: what is kept with the fault, over restarts too.
+// State of the whole pack at the instant a fault is confirmed; kept with the fault, also over restarts.
 //
-// Made once for a confirmation, of what is known then; what is not known has no value. No allocation; a few hundred
+// Made once per confirmation, from the values known then; an unknown one has no value. No allocation; a few hundred
 // bytes are copied.
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace bmu {
 
-/// The pack at one instant; what was not known then has no value.
+/// State of the pack at one instant; a quantity that was unknown then has no value.
 struct FreezeFrame {
   std::int64_t unix_time_ms = 0;
-  std::int64_t value = 0;      // what the fault's row read
-  std::int64_t threshold = 0;  // and what it was held against
+  std::int64_t value = 0;      // reading of the fault's row
+  std::int64_t threshold = 0;  // threshold that it was compared with
   Element element;
   Phase phase = Phase::open;
   std::optional<PackMode> mode;
@@ -40,22 +40,22 @@ struct FreezeFrame {
   Element board_temperature_max_at;
   std::optional<std::int32_t> pack_voltage_mV;
   std::optional<std::int32_t> link_voltage_mV;
-  std::optional<std::int32_t> link_time_constant_ms;  // of the link of an open pack that falls
+  std::optional<std::int32_t> link_time_constant_ms;  // of the discharging DC link of an open pack
   std::optional<std::int32_t> current_mA;
   std::optional<std::int32_t> current_2_mA;  // of the second sensor
   std::optional<std::int32_t> soc_permille;
   std::optional<std::int32_t> insulation_Ohm;
   std::int32_t discharge_limit_mA = 0;
   std::int32_t charge_limit_mA = 0;
-  std::optional<std::int32_t> discharge_overload_permille;  // used of the peak
+  std::optional<std::int32_t> discharge_overload_permille;  // share of the peak that is used
   std::optional<std::int32_t> charge_overload_permille;
-  std::optional<ContactorOutputs> outputs;  // commanded, before this fault had a say
+  std::optional<ContactorOutputs> outputs;  // commanded before the reaction to this fault
   std::optional<PduState> inputs;           // auxiliary contacts, inputs, insulation monitor, throttle
 
   friend bool operator==(const FreezeFrame&, const FreezeFrame&) = default;
 };
 
-/// What is known and decided at that instant.
+/// Known values and decisions at that instant.
 struct FreezeSources {
   TimePoint now{};
   std::int64_t unix_time_ms{};

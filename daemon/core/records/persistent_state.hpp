@@ -1,4 +1,4 @@
-// All that outlives a process. A copy of it goes to the shell whenever `generation` has changed.
+// State that is kept over a restart. The shell receives a copy whenever `persistent_generation()` has changed.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,11 @@
 
 namespace bmu {
 
-/// So that a life that ends again and again closes no sooner, and heats no more, than one that goes on.
+/// Ensures that a daemon that restarts repeatedly closes no sooner, and heats the resistor no more, than one that keeps
+/// running.
 struct ClosingMemory {
   PrechargeMemory precharge{};
-  std::int64_t lockout_ms = 0;  // a wait that is to begin anew at the start; 0: none
+  std::int64_t lockout_ms = 0;  // lockout that starts from its beginning at the next start; 0: none
 
   friend bool operator==(const ClosingMemory&, const ClosingMemory&) = default;
 };
@@ -25,12 +26,12 @@ struct PersistentState {
   FaultRecords faults{};
   ContactorLedgerEntries contactors{};
   ClosingMemory closing{};
-  KnownModules modules{};  // who was seen on which node, where the pack file does not say it
+  KnownModules modules{};  // serial number registered on each node, where the pack file does not give it
   CellChargeRecords cell_charges{};
   SocRecords soc{};
   PackTotals totals{};
-  std::uint32_t starts = 0;            // of the daemon, in which it has seen the whole pack
-  std::uint32_t hours_since_full = 0;  // of the daemon's own time, for an inverter that is asked for a full charge
+  std::uint32_t starts = 0;            // of the daemon, in which it has received data of the whole pack
+  std::uint32_t hours_since_full = 0;  // of daemon run time, for an inverter that requires a full charge
 
   friend bool operator==(const PersistentState&, const PersistentState&) = default;
 };

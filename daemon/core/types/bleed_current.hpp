@@ -1,4 +1,4 @@
-// What a balancing resistor takes from its cell.
+// Current through a balancing resistor.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace bmu {
 
-/// The current a resistor takes from a cell.
+/// Current that the bleed resistor draws from a cell at `voltage_uV`.
 [[nodiscard]] constexpr std::int64_t bleed_uA(std::int32_t voltage_uV, const BalancingConfig& config) {
   return voltage_uV / config.bleed_resistance_Ohm;
 }

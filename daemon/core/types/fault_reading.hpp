@@ -1,4 +1,4 @@
-// What a row of the fault table judges: one number, where it comes from, how old it is.
+// Input of a test of the fault table: one number, its element, its sample time.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct Reading {
   std::int64_t value = 0;
   Element element;
   TimePoint taken_at{};
-  bool is_partial = false;  // something this row watches is missing: bad news counts, good news does not
+  bool is_partial = false;  // an input of this row is missing: a failed test counts, a passed one does not
 };
 
 }  // namespace bmu

@@ -1,11 +1,11 @@
-// The last answer of a dear function, for whoever asks the same again and again: the cells of a module, one after
-// another, ask for the same temperature. What is asked with must be equal, not near, so that nobody can tell an answer
-// that was kept from one that was worked out; not-a-number is never equal, and always worked out.
+// Cache of the last result of an expensive function, for repeated calls with the same argument: e.g. the cells of a
+// module, evaluated one after another, have the same temperature. The argument must be equal, not close, so that a
+// cached result is identical to a computed one; not-a-number is never equal and always computed.
 //
 //   Memo<double, CellDynamics::Row> rows;
 //   const CellDynamics::Row& row = rows.of(temperature_C, [&] { return row_at(cell, temperature_C); });
 //
-// One memo is for one function: of one model. Cost: a comparison.
+// One cache serves one function of one model. Cost: a comparison.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ namespace bmu {
 template <class Asked, class Answer>
 class Memo {
  public:
-  /// Valid until the next call.
+  /// The reference is valid until the next call.
   template <class WorkOut>
   const Answer& of(const Asked& asked, WorkOut work_out) {
     if (!asked_ || !(*asked_ == asked)) {

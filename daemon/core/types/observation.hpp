@@ -1,4 +1,4 @@
-// What the core is told. Nothing else ever reaches it: the same observations give the same decisions, on any machine.
+// Inputs of the core. There are no others: the same observations give the same decisions on any host.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@
 
 namespace bmu {
 
-/// Who gives a command: anybody who can reach the control socket, or somebody who may unlock a pack that had to be
-/// looked at first.
+/// Right under which a command is given: that of any operator of the control socket, or the right to unlock a pack that
+/// must be inspected first.
 enum class Authority : std::uint8_t { user, service };
 
 [[nodiscard]] std::string_view to_text(Authority authority);
 
-/// The buses of the daemon, by what they are for. One interface may serve several of them; the shell then tells each
-/// frame once, to the first of these (CoreConfig::served_by).
+/// Buses of the daemon, by function. One interface may serve several of them; the shell then reports each frame once,
+/// under the first of these (CoreConfig::served_by).
 enum class Port : std::uint8_t { internal, vehicle, charger, second_pack, inverter };
 inline constexpr std::size_t port_count = 5;
 inline constexpr std::array all_ports{Port::internal, Port::vehicle, Port::charger, Port::second_pack, Port::inverter};
@@ -31,10 +31,10 @@ static_assert(all_ports.size() == port_count);
 [[nodiscard]] std::string_view to_text(Port port);
 [[nodiscard]] std::optional<Port> port_of_text(std::string_view text);
 
-/// The port that tells the frames of each.
+/// For each port, the port under which its frames are reported.
 using ServedBy = std::array<Port, port_count>;
 
-/// Of buses by their names: those of one name are one. `names` has name(Port); an empty one is nobody's.
+/// Groups the ports by the name of their interface. `names` has name(Port); a port with an empty name is not grouped.
 template <class Names>
 [[nodiscard]] ServedBy served_by(const Names& names) {
   ServedBy serving = all_ports;
@@ -47,17 +47,17 @@ template <class Names>
   return serving;
 }
 
-/// A frame from somebody else.
+/// A frame from another node.
 struct FrameReceived {
   Port port = Port::internal;
   CanFrame frame;
 };
-/// A frame of our own, seen back: it really was on the bus.
+/// Echo of a frame of this node: it was transmitted on the bus.
 struct FrameEchoed {
   Port port = Port::internal;
   CanFrame frame;
 };
-/// A frame of ours that the system did not take. The core sends fresh data next time, never this again.
+/// A frame of this node that the kernel did not accept. The core never repeats it; the next frame has current data.
 struct SendFailed {
   Port port = Port::internal;
   CanFrame frame;
@@ -66,7 +66,7 @@ struct PortChanged {
   Port port = Port::internal;
   bool is_up = false;
 };
-/// The receive queue overflowed: what this port told since the last such observation may have holes.
+/// The receive queue overflowed: frames of this port may be missing since the previous observation of this kind.
 struct FramesLost {
   Port port = Port::internal;
   std::uint64_t count = 0;
@@ -79,36 +79,36 @@ struct BusErrorSeen {
 };
 
 enum class Command : std::uint8_t {
-  clear_faults,   // latched faults whose cause is gone, and which this authority may clear
-  wake,           // modules that rest after an undervoltage
-  balancing_off,  // no cell is bled until balancing_on, or a new start
+  clear_faults,   // latched faults with a healed cause, if this authority may clear them
+  wake,           // modules that sleep after an undervoltage
+  balancing_off,  // no cell is bled until balancing_on, or a restart
   balancing_on,
-  shut_down,       // open, for good: this process is ending
-  accept_modules,  // those found on their nodes belong there from now on; with authority
-  assign_node,     // give a module another node number; with authority
+  shut_down,       // open permanently: the session ends
+  accept_modules,  // registers the modules found on their nodes; requires authority
+  assign_node,     // assigns a node number to a module; requires authority
 };
 struct CommandGiven {
   Command command = Command::clear_faults;
   Authority authority = Authority::user;
-  std::uint32_t user_id = 0;        // who gave it, for the record
-  std::uint8_t node = 0;            // accept_modules: of this one, 0 of all; assign_node: the new number
-  std::uint32_t serial_number = 0;  // assign_node: of the module that is meant
+  std::uint32_t user_id = 0;        // user id of the client, for the records
+  std::uint8_t node = 0;            // accept_modules: this node, 0: all; assign_node: the new number
+  std::uint32_t serial_number = 0;  // assign_node: of the module
   bool is_unheard_allowed = false;  // assign_node: see AssignmentRequest
 };
 
-/// First observation of a session: how long the core listens for another master before it sends (master_claim.hpp).
-/// Without it, as in recordings from before there was a claim, the core sends at once.
+/// First observation of a session: time for which the core listens for another master before it sends
+/// (master_claim.hpp). Without it, as in recordings made before the claim existed, the core sends immediately.
 struct ClaimBegins {
   Duration length{};
   bool is_kept = false;  // held by the previous session, and silent for less than claim_kept_max since
 };
 
-/// The wall clock, told at start and about once a second: for records, never for decisions.
+/// The wall clock, reported at start and about once per second: for records, never for decisions.
 struct WallClockSeen {
   std::int64_t unix_time_ms = 0;
 };
 
-/// How the daemon's own store, memory and disk are. Told when it changes.
+/// Health of the daemon's state file, memory and disk. Reported when it changes.
 struct OwnHealth {
   bool store_unreadable = false;
   bool store_write_failed = false;
@@ -122,19 +122,19 @@ struct HealthSeen {
   OwnHealth health;
 };
 
-/// The lines of this machine: after every edge, and once a tick.
+/// The GPIO lines of this host: after every edge, and once per tick.
 struct LinesSeen {
   LineImage image;
 };
 
-/// The insulation monitor's pulses on a line of this machine: after every look that saw an edge, and once when the line
-/// has become ours. Between two of them they grow old.
+/// Pulses of the insulation monitor on a GPIO line of this host: after every read with an edge, and once when the line
+/// has been acquired. Between two observations the values age.
 struct PulsesSeen {
   ir155::Pwm pwm;  // `since_edge` in whole microseconds
 };
 
-/// The temperature of the intake air, as a sensor of this machine reports it: after each reading that succeeded.
-/// Between two of them it ages.
+/// The temperature of the intake air, from a sensor of this host: after each successful reading. Between two readings
+/// the value ages.
 struct IntakeAirSeen {
   std::int32_t temperature_dC = 0;
 };
@@ -148,7 +148,7 @@ struct Observation {
   ObservedThing what;
 };
 
-/// Whether the shell should call decide() at once instead of waiting for the next tick.
+/// Whether the shell calls decide() immediately instead of at the next tick.
 enum class Urgency : std::uint8_t {
   can_wait,
   decide_now,  // permission may have to be withdrawn, or a poll cycle is complete

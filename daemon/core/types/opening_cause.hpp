@@ -1,4 +1,4 @@
-// Why the contactors opened; its text is event.hpp's.
+// Cause of an opening of the contactors; event.hpp has its text.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@ namespace bmu {
 enum class OpeningCause : std::uint8_t {
   none,
   fault,
-  request_over,  // vehicle off and charger gone
+  request_over,  // vehicle off and charger disconnected
   shut_down,
-  precharge_retry,  // too slow, but there is another try
-  permission,       // withdrawn for a reason that is not (yet) a fault: see the blocker
+  precharge_retry,  // too slow, with an attempt left
+  permission,       // withdrawn without a (confirmed) fault: see the blocker
 };
 
 }  // namespace bmu

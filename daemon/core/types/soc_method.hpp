@@ -1,4 +1,4 @@
-// The methods by which the state of charge is estimated.
+// Methods for estimating the SOC.
 #pragma once
 
 #include <array>

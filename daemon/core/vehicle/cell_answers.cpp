@@ -1,4 +1,4 @@
-// What is answered of cells, banks, batteries and the pack.
+// Answers about cells, banks, batteries and the pack.
 #include <algorithm>
 #include <array>
 
@@ -39,7 +39,7 @@ RequestData cell_status(const Question& question) {
   return data;
 }
 
-/// Of boards whose load is off, and of all: here the same.
+/// Of boards with their load off, and of all: here the same.
 RequestData average_temperature(const Question& question) {
   RequestData data;
   const Extremes temperature = temperatures_dC(question);
@@ -58,7 +58,7 @@ RequestData average_resistance(const Question& question) {
   return data;
 }
 
-/// Numbers and counts of cells and banks. One that does not fit is not told, nor are those beside it: it would be
+/// Numbers and counts of cells and banks. If one does not fit, neither it nor those beside it are sent: it would be
 /// another cell's.
 template <std::size_t Count>
 RequestData numbers(const std::size_t (&all)[Count]) {
@@ -79,7 +79,7 @@ struct Missing {
   std::size_t first = 0;
 };
 
-/// Cells that are not measured, by their numbers from 1.
+/// Cells without a usable voltage, by their numbers from 1.
 Missing missing_cells(const Question& question) {
   Missing missing;
   for_each_cell(question, [&](const ModuleRecord& module, std::size_t cell, std::size_t number) {
@@ -157,7 +157,7 @@ RequestData voltage_of_cells(const Question& question) {
   if (voltage.is_known()) put_16(data, divide_to_nearest(rounded(voltage.sum), 100'000));
   return data;
 }
-/// As the sensor has it; without one the cells' sum.
+/// The sensor's pack voltage; without one the sum of the cells.
 RequestData voltage_of_pack(const Question& question) {
   const Measured<std::int32_t>& voltage = question.view.vehicle->pack->pack_voltage_mV;
   if (!voltage.is_valid()) return voltage_of_cells(question);
@@ -166,7 +166,7 @@ RequestData voltage_of_pack(const Question& question) {
   return data;
 }
 
-/// Of boards whose load is off, and of all: here the same.
+/// Of boards with their load off, and of all: here the same.
 RequestData numbered_twice(bool is_known, std::uint8_t value, std::size_t number) {
   RequestData data = numbered(is_known, value, number);
   if (data.empty()) return data;
@@ -199,7 +199,7 @@ RequestData resistance_sum(const Question& question) {
   return data;
 }
 
-/// The same questions about a bank (20h on), a battery (30h on) and the pack (40h on).
+/// The same requests about a bank (20h on), a battery (30h on) and the pack (40h on).
 struct ExtentRow {
   std::uint8_t offset;
   RequestData (*of_bank)(const Question& question);

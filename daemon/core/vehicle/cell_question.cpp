@@ -4,7 +4,7 @@ namespace bmu {
 
 namespace {
 
-/// A bank's number is half a byte.
+/// The number of a bank has four bits.
 constexpr std::size_t banks_max = 16;
 
 RequestScope whole_pack(const CellRequestView& view) {

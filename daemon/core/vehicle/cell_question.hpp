@@ -1,5 +1,5 @@
-// What a request for data is about (cell_requests.hpp), and what its answers are made of: the modules and cells that
-// are meant, their lowest and highest values, and the encodings of a Lithiumate.
+// Subject of a data request (cell_requests.hpp) and parts of its answer: the addressed modules and cells, their lowest
+// and highest values, and the encodings of a Lithiumate.
 #pragma once
 
 #include <algorithm>
@@ -14,21 +14,21 @@
 
 namespace bmu {
 
-/// What follows the PID in an answer; empty: there is no answer.
+/// Data bytes of an answer; empty: there is no answer.
 using RequestData = FixedVector<std::uint8_t, 4>;
 
 [[nodiscard]] constexpr std::uint8_t byte_of(std::int64_t value) {
   return static_cast<std::uint8_t>(std::clamp<std::int64_t>(value, 0, 0xFF));
 }
-/// 2.00 V and 10 mV a count.
+/// 10 mV a count from 2.00 V.
 [[nodiscard]] constexpr std::uint8_t voltage_byte(std::int64_t value_uV) {
   return byte_of(divide_to_nearest(value_uV - 2'000'000, 10'000));
 }
-/// Degrees above -128.
+/// Degrees Celsius above -128.
 [[nodiscard]] constexpr std::uint8_t temperature_byte(std::int64_t value_dC) {
   return byte_of(divide_to_nearest(value_dC, 10) + 128);
 }
-/// 0.1 mOhm.
+/// 0.1 mOhm a count.
 [[nodiscard]] inline std::uint8_t resistance_byte(double value_Ohm) {
   return byte_of(std::llround(value_Ohm * 1e4));
 }
@@ -48,7 +48,7 @@ constexpr void put_24(RequestData& data, std::int64_t value) {
   put_16(data, kept & 0xFFFF);
 }
 
-/// Modules of a bank, the battery or the pack, or the one of a cell.
+/// Modules of a bank, the battery or the pack, or the module of a cell.
 struct RequestScope {
   std::size_t first_module = 0;
   std::size_t modules = 0;
@@ -69,18 +69,18 @@ struct PidRow {
   RequestData (*answer)(const Question& question);
 };
 
-/// Of cells, banks, batteries and the pack; of the system.
+/// Answers about cells, banks, batteries and the pack; about the system.
 [[nodiscard]] std::span<const PidRow> cell_answers();
 [[nodiscard]] std::span<const PidRow> system_answers();
 
-/// What `number`, the lower half of the PID, means. None: there is no such thing.
+/// The modules and cells addressed by `number`, b3 of the request. None: they do not exist.
 [[nodiscard]] std::optional<RequestScope> scope_of(About about, std::uint8_t number, const CellRequestView& view);
 
 [[nodiscard]] inline const ModuleRecord& module_of(const Question& question, std::size_t index) {
   return question.view.modules->modules()[index];
 }
 
-/// Calls take(module, index within it, number through the pack from 0) for each cell.
+/// Calls take(module, index within it, number through the pack from 0) for each cell of the scope.
 template <class Take>
 void for_each_cell(const Question& question, Take take) {
   std::size_t number = 0;
@@ -96,7 +96,7 @@ void for_each_cell(const Question& question, Take take) {
   }
 }
 
-/// Lowest, highest and average of all there should be; not known while one is missing.
+/// Lowest, highest and average of all expected values; unknown while one is missing.
 struct Extremes {
   double min = 0.0;
   double max = 0.0;
@@ -126,7 +126,7 @@ struct Extremes {
   [[nodiscard]] double average() const { return sum / static_cast<double>(count); }
 };
 
-/// Each: not known while a value is missing or too old.
+/// Each of these is unknown while a value is missing or stale.
 [[nodiscard]] Extremes voltages_uV(const Question& question);
 /// Of the sensors on the cells of these modules, numbered through the pack.
 [[nodiscard]] Extremes temperatures_dC(const Question& question);

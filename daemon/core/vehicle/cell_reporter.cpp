@@ -22,7 +22,7 @@ SignalValue value_of(const Measured<std::int32_t>& measured, TimePoint now, Dura
   return measured.is_usable(now, age_max) ? known(measured.value) : not_known();
 }
 
-/// Cell or sensor `number` through the pack, from 0; unknown where there is none.
+/// Value of cell or sensor `number` through the pack, from 0; unknown if it does not exist.
 SignalValue voltage_uV(std::size_t number, const ModuleTable& modules, TimePoint now, const AgeConfig& ages) {
   for (const ModuleRecord& module : modules.modules()) {
     const std::size_t count = module.config.cell_count;
@@ -40,7 +40,7 @@ SignalValue temperature_dC(std::size_t number, const ModuleTable& modules, TimeP
   return not_known();
 }
 
-/// Of both kinds: what is different about them.
+/// Properties in which the two kinds differ.
 struct BlockKind {
   const MessageSpec& message;
   std::uint16_t id;

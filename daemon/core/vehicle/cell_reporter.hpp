@@ -3,8 +3,8 @@
 // identifier in the pack file.
 //
 // The frames of a round are spread evenly over its period, so that they never come as a burst; the configuration allows
-// no period that has more than one for each tick. A value that is missing, invalid or older than it may be leaves as
-// unknown, never as 0 and never as the value before.
+// no period that requires more than one for each tick. A missing, invalid or stale value is sent as unknown, never as 0
+// and never as the value before.
 //
 // Cost: a comparison on most ticks; with a frame a pass over the modules. Pure, no allocation.
 #pragma once
@@ -19,7 +19,7 @@
 
 namespace bmu {
 
-/// How many frames a round has, of both kinds; 0: nothing is sent.
+/// Number of frames in a round, of both kinds; 0: nothing is sent.
 struct CellDataBlocks {
   std::size_t voltages = 0;
   std::size_t temperatures = 0;

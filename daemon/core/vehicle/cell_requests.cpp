@@ -68,7 +68,7 @@ std::optional<CanFrame> CellRequests::step(const CellRequestView& view) {
   const CanFrame request = waiting_[first_];
   first_ = (first_ + 1) % waiting_max;
   --count_;
-  // Who was not allowed to has never come here.
+  // A clear request that is not permitted is never queued.
   const std::optional<CanFrame> answer =
       is_clear_request(request) ? std::optional(clear_answer(view.config->vehicle)) : answer_request(request, view);
   ++(answer ? counts_.answered : counts_.unanswered);

@@ -1,25 +1,25 @@
-// Data on request, as a Lithiumate gives it: a frame at `request_id` (745h) asks for one thing by its number (PID), the
-// answer comes at `reply_id` (74Dh). Diagnostic tools and displays made for that system ask us as they ask it.
+// Data requests in the format of a Lithiumate: a frame with `request_id` (745h) requests one value by its number (PID),
+// the answer has `reply_id` (74Dh). Diagnostic tools and displays made for that system can poll this daemon.
 //
-//   request   b0 how many bytes follow (3)   b1 10h read, 14h clear   b2 PID   b3 cell, bank or battery, else 0
-//   answer    b0 how many bytes follow       b1 50h, 54h              b2, b3 as asked           b4 on: the data
+//   request   b0 bytes that follow (3)   b1 10h read, 14h clear   b2 PID   b3 cell, bank or battery, else 0
+//   answer    b0 bytes that follow       b1 50h, 54h              b2, b3 as requested             b4 on: the data
 //
-// All that can be read of cells, banks, batteries, the pack and the system is answered, and 14 62, which clears stored
-// faults as a user's command does, where the pack file allows it (vehicle/may_clear_faults). Nothing else is: no
-// setting is read or written, no output forced. A PID we do not have, a cell that there is not, and a value that is not
-// known get no answer: the encodings have no code for "unknown", and every number would be believed.
+// All readable values of cells, banks, batteries, the pack and the system are answered, and 14 62, which clears stored
+// faults as a user's command does, where the pack file permits it (vehicle/may_clear_faults). Nothing else is: no
+// setting is read or written, no output forced. An unsupported PID, a cell that does not exist, and an unknown value
+// get no answer: the encodings have no code for "unknown", and every number would be taken as valid.
 //
-// What differs from a Lithiumate, as our pack does:
+// Differences from a Lithiumate, due to the different pack:
 //   - cells are numbered from 1 as in 623h; a bank is a module, in the order of the pack file, from 0; there is one
 //     battery, 0, which is the pack.
 //   - temperatures are those of the sensors on the cells, not of boards: of a cell, the average of its module's. With
-//     loads on or off they are the same, and both places carry it. Their numbers are the sensors' as in 627h.
-//   - one current flows: into the pack it is the source's, out of it the load's.
-//   - power cycles (60h) are starts of the daemon in which it has seen the whole pack; no answer before that, nor where
-//     no state is kept. 65535 stands for more, too.
+//     loads on or off they are the same, and both fields carry it. Their numbers are the sensors' as in 627h.
+//   - only one current exists: into the pack it is the source's, out of it the load's.
+//   - power cycles (60h) are starts of the daemon in which it has received data of the whole pack; no answer before
+//     that, nor without persistent state. 65535 stands for more, too.
 //
-// Asked for in any number, answered one a tick; what waits beyond eight is dropped and counted. Pure; an answer about
-// all cells of a large pack takes some microseconds.
+// Any number of requests is accepted, one is answered per tick; more than eight waiting ones are dropped and counted.
+// Pure; an answer about all cells of a large pack takes some microseconds.
 #pragma once
 
 #include <cstdint>
@@ -41,12 +41,12 @@ struct CellRequestView {
   const VehicleView* vehicle = nullptr;
 };
 
-/// The answer to a request to read; none if there is nothing to say. `request` need not be well formed.
+/// The answer to a read request; none if there is no value. `request` need not be well formed.
 [[nodiscard]] std::optional<CanFrame> answer_request(const CanFrame& request, const CellRequestView& view);
 
 /// 14 62: clear the stored fault.
 [[nodiscard]] bool is_clear_request(const CanFrame& request);
-/// What is said once that is done.
+/// The answer after that is done.
 [[nodiscard]] CanFrame clear_answer(const VehicleConfig& vehicle);
 
 class CellRequests {
@@ -55,23 +55,23 @@ class CellRequests {
 
   struct Counts {
     std::uint64_t answered = 0;
-    std::uint64_t unanswered = 0;  // a PID, cell or value that there is not
-    std::uint64_t refused = 0;     // to clear, which the pack file does not allow
+    std::uint64_t unanswered = 0;  // PID or cell does not exist, or the value is unknown
+    std::uint64_t refused = 0;     // clear requests that the pack file does not permit
     std::uint64_t dropped = 0;     // too many at once
   };
 
-  /// One request of the vehicle's bus.
+  /// Queues one request of the vehicle bus.
   void take(const CanFrame& request);
   void note_refused() { ++counts_.refused; }
   [[nodiscard]] bool is_waiting() const { return count_ > 0; }
-  /// The answer to the oldest that waits, or none if it has none.
+  /// The answer to the oldest waiting request, or none if it has none.
   [[nodiscard]] std::optional<CanFrame> step(const CellRequestView& view);
   void forget() { count_ = 0; }
 
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  std::array<CanFrame, waiting_max> waiting_{};  // a ring
+  std::array<CanFrame, waiting_max> waiting_{};  // ring buffer
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   Counts counts_;

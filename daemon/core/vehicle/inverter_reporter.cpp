@@ -10,7 +10,7 @@ namespace bmu {
 
 namespace {
 
-/// What a fault is called by an inverter; those that stand nowhere are `general`.
+/// Alarm of each fault in the protocols of inverters; faults without a row are `general`.
 struct AlarmRow {
   FaultId fault;
   BatteryAlarm alarm;
@@ -57,7 +57,7 @@ BatteryAlarm alarm_of(FaultId fault) {
   return found == std::end(alarm_rows) ? BatteryAlarm::general : found->alarm;
 }
 
-/// What an inverter goes by when it was not told what it was to be: more than any limit, for all that is known.
+/// Assumed limits of an inverter after a frame was not sent: unknown, so more than any limit.
 constexpr InverterLimits anything{.charge_mA = INT32_MAX, .discharge_mA = INT32_MAX};
 
 InverterLimits most_of(const InverterLimits& one, const InverterLimits& other) {
@@ -65,7 +65,7 @@ InverterLimits most_of(const InverterLimits& one, const InverterLimits& other) {
           .discharge_mA = std::max(one.discharge_mA, other.discharge_mA)};
 }
 
-/// Less than both, where the second bounds at all.
+/// The smaller of the two; a maximum of 0 does not limit.
 std::int32_t bounded(std::int32_t limit_mA, std::int32_t most_mA) {
   return most_mA == 0 ? limit_mA : std::min(limit_mA, most_mA);
 }
@@ -193,7 +193,7 @@ BatteryReport InverterReporter::report(const InverterView& view) const {
           .name = config_.maker};
 }
 
-/// Rounds are a period apart from their first frames on; after a gap they start anew.
+/// The first frames of rounds are a period apart; after a gap the rounds start from now.
 void InverterReporter::advance(TimePoint now) {
   index_ = static_cast<std::uint8_t>((index_ + 1) % config_.driver->frame_count);
   next_at_ = index_ != 0 ? now + spacing : std::max(round_at_ + config_.period, now + spacing);
@@ -210,9 +210,9 @@ std::optional<CanFrame> InverterReporter::step(const InverterView& view) {
     round_at_ = view.now;
     told_ = {};
   }
-  // One that is left out costs no time.
+  // An omitted frame takes no time.
   do {
-    // More may be allowed by now than when the round began.
+    // A limit may be higher by now than when the round started.
     if (index_ < config_.driver->urgent_count) told_ = most_of(told_, limits_);
     frame = config_.driver->frame(index_, told, options);
     advance(view.now);

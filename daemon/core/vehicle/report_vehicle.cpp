@@ -24,7 +24,8 @@ SignalValue if_known(const std::optional<Number>& value) {
 SignalValue if_complete(const Spread& spread, std::int32_t value) {
   return spread.is_complete() ? known(value) : not_known();
 }
-/// Of a cell or sensor, from 1. One that does not fit is unknown, not the nearest: it would point to the wrong cell.
+/// Number of a cell or sensor, from 1. One that does not fit is unknown, not the nearest: it would point to the wrong
+/// cell.
 SignalValue number_if(bool is_known, std::size_t number) {
   constexpr std::size_t number_max = 254;
   return is_known && number <= number_max ? known(static_cast<std::int64_t>(number)) : not_known();
@@ -75,7 +76,7 @@ CanFrame original_status_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// State, flags and faults are bits that others make: they go out a byte each.
+/// State, flags and faults are bits made by other functions: each is written as a byte.
 CanFrame elithion_status_frame(const VehicleView& view, const VehicleConfig&) {
   using vehicle_bus_elithion::pack_status;
   CanFrame frame = make_frame(pack_status);
@@ -109,7 +110,8 @@ CanFrame current_frame(const VehicleView& view, const VehicleConfig& config) {
   return frame;
 }
 
-/// Since manufacture, says the message: since this pack was first given to the daemon, if somebody keeps that.
+/// Since manufacture, by the message's definition: since the daemon first ran with this pack, if persistent state is
+/// kept.
 CanFrame energy_frame(const VehicleView& view, const VehicleConfig&) {
   CanFrame frame = make_frame(pack_energy);
   write<pack_energy, "energy_in_mWh">(frame, view.totals ? known(view.totals->energy_in_mWh) : not_known());
@@ -117,7 +119,7 @@ CanFrame energy_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// The counts are Wh, or kWh: readers differ, and the pack file says which.
+/// The counts are Wh, or kWh: receivers differ, and the pack file selects it.
 CanFrame elithion_energy_frame(const VehicleView& view, const VehicleConfig& config) {
   using vehicle_bus_elithion::pack_energy;
   const std::int64_t count_mWh = config.is_energy_in_kWh ? 1'000'000 : 1'000;
@@ -141,7 +143,7 @@ CanFrame charge_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// As in the other dialects, but that there is no second pack: its byte is 0.
+/// As in the other dialects, except that there is no second pack: its byte is 0.
 CanFrame elithion_charge_frame(const VehicleView& view, const VehicleConfig& config) {
   CanFrame frame = charge_frame(view, config);
   frame.data[5] = 0;
@@ -160,7 +162,7 @@ CanFrame temperature_frame(const VehicleView& view, const VehicleConfig&) {
   return frame;
 }
 
-/// As in the other dialects, but that the byte of the air is unused.
+/// As in the other dialects, except that the byte of the air is unused.
 CanFrame elithion_temperature_frame(const VehicleView& view, const VehicleConfig& config) {
   CanFrame frame = temperature_frame(view, config);
   frame.data[1] = 0;
@@ -171,7 +173,7 @@ SignalValue resistance_of(bool is_known, double resistance_Ohm) {
   return is_known ? known(std::llround(resistance_Ohm * 1e6)) : not_known();
 }
 
-/// The signals' scales are the message's: a cell of less than 100 uOhm is told as 0 or 100.
+/// The message defines the scales of the signals: a cell of less than 100 uOhm is sent as 0 or 100.
 CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
   const PackHealth health = view.estimate != nullptr ? pack_health(*view.estimate) : PackHealth{};
   const bool is_known = health.resistance.is_known;
@@ -192,7 +194,7 @@ CanFrame resistance_frame(const VehicleView& view, const VehicleConfig&) {
 using MakeFrame = CanFrame (*)(const VehicleView&, const VehicleConfig&);
 using Makers = std::array<MakeFrame, vehicle_message_count>;
 
-/// By the order of VehicleDialect.
+/// In the order of VehicleDialect.
 constexpr std::array<Makers, vehicle_dialect_count> makers{{
     {name_frame, version_frame, iha_status_frame, voltage_frame, current_frame, energy_frame, charge_frame,
      temperature_frame, resistance_frame},

@@ -1,5 +1,5 @@
 // The traction-pack messages 620h to 628h, in the dialect of the pack file: each once a second, 10 ms after the one
-// before. What is not known, or too old, leaves as the invalid code, never as 0 and never as the last value.
+// before. An unknown or stale value is sent as the invalid code, never as 0 and never as the last value.
 #pragma once
 
 #include <cstdint>
@@ -29,19 +29,19 @@ struct VehicleView {
   std::optional<std::int32_t> soc_permille{};
   std::optional<std::int32_t> soc_2_permille{};  // of a second pack
   std::optional<std::int64_t> depth_of_discharge_uAs{};
-  std::int64_t capacity_uAs = 0;           // as the cell file has it
-  std::optional<PackTotals> totals{};      // not given: nobody keeps them
-  std::optional<std::uint32_t> starts{};   // not given: not counted yet, or nobody keeps it
-  const PackEstimate* estimate = nullptr;  // not given: nothing is known of the cells' health
+  std::int64_t capacity_uAs = 0;           // from the cell file
+  std::optional<PackTotals> totals{};      // not given: no persistent state
+  std::optional<std::uint32_t> starts{};   // not given: not counted yet, or no persistent state
+  const PackEstimate* estimate = nullptr;  // null: the state of health is unknown
 };
 
 inline constexpr std::size_t vehicle_message_count = 9;
 
-/// The state in 622h, as the dialect numbers it.
+/// The state in 622h, in the numbering of the dialect.
 [[nodiscard]] std::uint8_t vehicle_state(VehicleDialect dialect, const ModeInputs& mode);
 
-/// The byte of flags of the dialect `elithion`: .0 charger there, .1 vehicle on, .2 interlock tripped, .3 closing asked
-/// for by wire, .4 and by CAN, which nobody can here, .5 charging not allowed, .6 nor discharging, .7 fan on.
+/// Flag byte of the dialect `elithion`: .0 charger connected, .1 vehicle on, .2 interlock tripped, .3 closing requested
+/// by wire, .4 by CAN, which is not supported here, .5 charging not permitted, .6 discharging not permitted, .7 fan on.
 [[nodiscard]] std::uint8_t elithion_flags(const VehicleView& view);
 
 /// Message `index` (0: 620h … 8: 628h) at the default base identifier moved to `config.base_id`.
@@ -51,7 +51,7 @@ class VehicleReporter {
  public:
   void init(TimePoint started_at) { next_at_ = started_at + period; }
   [[nodiscard]] bool is_due(TimePoint now) const { return now >= next_at_; }
-  /// The message due at `now`, or none. Deadlines advance by their period; after a gap they start anew.
+  /// The message due at `now`, or none. Deadlines advance by their period; after a gap they start from now.
   [[nodiscard]] std::optional<CanFrame> step(TimePoint now, const VehicleView& view, const VehicleConfig& config);
 
  private:

@@ -1,4 +1,4 @@
-// What is answered of the system: charge, limits, faults, inputs and outputs, currents.
+// Answers about the system: charge, limits, faults, inputs and outputs, currents.
 #include <array>
 
 #include "daemon/core/estimation/pack_health.hpp"
@@ -67,7 +67,7 @@ RequestData state_of_health(const Question& question) {
   return one_byte(health.is_known ? std::optional(divide_to_nearest(health.permille, 10)) : std::nullopt);
 }
 
-/// Of the daemon with this pack.
+/// Starts of the daemon with this pack.
 RequestData power_cycles(const Question& question) {
   RequestData data;
   const auto& starts = question.view.vehicle->starts;
@@ -95,7 +95,7 @@ RequestData relays(const Question& question) {
   return one_byte(question.view.vehicle->mode.phase == Phase::closed ? on : 0);
 }
 
-/// Why a limit is less than it could be, as the Lithiumate numbers it; 0 where it has no number for it.
+/// Cause of a reduced limit, as the Lithiumate numbers it; 0 if it has no number for it.
 struct CauseRow {
   LimitCause cause;
   std::uint8_t charge;
@@ -143,7 +143,7 @@ RequestData discharge_limit(const Question& question) {
 RequestData inputs(const Question& question) {
   return one_byte(elithion_flags(*question.view.vehicle));
 }
-/// A Lithiumate's own outputs: fault and three contactors. None is forced.
+/// Outputs of a Lithiumate: fault and three contactors. None is forced.
 RequestData outputs(const Question& question) {
   constexpr std::uint8_t bits_alike = 0x0F;
   RequestData data;
@@ -173,7 +173,7 @@ RequestData load_current(const Question& question) {
   return data;
 }
 
-/// The last four characters of what 621h says: revisions are four characters there, too.
+/// The last four characters of the version in 621h: a Lithiumate's revision has four characters, too.
 RequestData revision(const Question& question) {
   RequestData data;
   const auto& version = question.view.config->vehicle.version;

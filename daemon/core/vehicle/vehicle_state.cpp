@@ -48,7 +48,7 @@ struct StateRow {
   Iha iha;
 };
 
-// By the order of PackMode. A pack that rests after an undervoltage has a fault; one that closes is not closed yet.
+// In the order of PackMode. A pack asleep after an undervoltage has a fault; a closing pack is not closed yet.
 constexpr std::array<StateRow, pack_mode_count> states{{
     {PackMode::fault, Iha::fault},
     {PackMode::resting, Iha::fault},

@@ -19,7 +19,7 @@ constexpr std::string_view embedded_prefix = "unix:";
 TimePoint monotonic_now() {
   timespec now{};
   clock_gettime(CLOCK_BOOTTIME, &now);
-  // A recording keeps microseconds: what is finer would make its replay decide at other times than we did.
+  // Whole microseconds, because a recording keeps no more: with a finer time its replay would decide at other times.
   return TimePoint(std::chrono::seconds(now.tv_sec) + std::chrono::microseconds(now.tv_nsec / 1000));
 }
 

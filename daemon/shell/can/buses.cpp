@@ -19,7 +19,7 @@ Result<std::unique_ptr<BusPort>, OsError> open_port(const std::string& name, Rec
                          .must_exist = false});
 }
 
-/// All that it says and is told.
+/// Identifiers of all messages that the device sends and receives.
 std::vector<std::uint32_t> device_receive_ids(std::string_view name, bool is_extended) {
   std::vector<std::uint32_t> ids;
   for (const MessageSpec* message : find_device(name)->catalogue->messages()) {

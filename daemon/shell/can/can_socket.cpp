@@ -24,11 +24,11 @@ namespace {
 
 // A 4 MiB buffer holds about a second of a full 1 Mbit/s bus; the kernel doubles the number for its own book-keeping.
 constexpr int receive_buffer_bytes = 4 * 1024 * 1024;
-// The kernel raises this to its minimum, which is some ten frames: what does not fit is dropped and said (EAGAIN),
-// rather than sent when it is no longer true.
+// The kernel raises this to its minimum, which is some ten frames: a frame that does not fit is dropped and reported
+// (EAGAIN), rather than sent when it is no longer valid.
 constexpr int send_buffer_bytes = 0;
 constexpr std::size_t kernel_filters_max = CAN_RAW_FILTER_MAX;
-// How many reads that bring no frame for the caller one read() makes, so that a flood cannot hold him.
+// Reads without a frame for the caller in one read(), so that a flood cannot hold the caller.
 constexpr int tries_per_read = 64;
 
 class KernelCanSystem final : public CanSystem {
@@ -94,7 +94,7 @@ class RawSocket {
   [[nodiscard]] int set(int level, int option, const Value& value) {
     return system_->set_option(fd_, level, option, &value, sizeof(value));
   }
-  /// How many more frames the kernel has dropped, from its count since the socket was opened, which wraps.
+  /// Number of frames dropped since the last call, from the kernel's count since the socket was opened, which wraps.
   [[nodiscard]] std::uint32_t newly_dropped(std::uint32_t total) { return total - std::exchange(dropped_, total); }
 
  private:
@@ -111,7 +111,7 @@ class RawSocket {
 
 constexpr canid_t data_frames_only = CAN_EFF_FLAG | CAN_RTR_FLAG;
 
-/// The largest block from `first` on, aligned to its own size (a power of two), all of which is wanted.
+/// The largest block from `first` on, aligned to its own size (a power of two), of identifiers to receive only.
 std::uint32_t block_size(const ReceiveFilter& wanted, std::uint32_t first) {
   const auto is_wanted = [&](std::uint32_t size) {
     for (std::uint32_t id = first; id < first + size; ++id) {
@@ -124,8 +124,8 @@ std::uint32_t block_size(const ReceiveFilter& wanted, std::uint32_t first) {
   return size;
 }
 
-/// One filter an identifier as long as the kernel takes that many: it finds those by table. Beyond, one a block, which
-/// lets through exactly the same.
+/// One filter per identifier while the kernel accepts that many: it finds those by table. Beyond, one per block, which
+/// passes exactly the same.
 std::vector<can_filter> id_filters(const ReceiveFilter& wanted) {
   const bool one_each = wanted.id_count() <= kernel_filters_max;
   std::vector<can_filter> filters;
@@ -139,8 +139,8 @@ std::vector<can_filter> id_filters(const ReceiveFilter& wanted) {
   return filters;
 }
 
-/// Exact: neither other identifiers nor remote or extended frames. Identifiers so scattered that even blocks are too
-/// many for the kernel are left to the port's own check.
+/// Exact: neither other identifiers nor remote or extended frames. If the identifiers are so scattered that even the
+/// blocks are too many for the kernel, the port's own check does it.
 int set_id_filters(RawSocket& socket, CanSystem& system, const ReceiveFilter& wanted) {
   if (wanted.passes_everything()) return 0;
   std::vector<can_filter> filters = id_filters(wanted);
@@ -159,15 +159,15 @@ int configure_data_socket(RawSocket& socket, CanSystem& system, const ReceiveFil
   const int own = receive_own ? 1 : 0;
   if (const int result = socket.set(SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, own); result < 0) return result;
   if (const int result = socket.set(SOL_SOCKET, SO_RXQ_OVFL, 1); result < 0) return result;
-  // The first needs a capability that the daemon does not have by itself. If the second gets less than it asks for, the
-  // kernel's default is what there is, and overruns are counted either way.
+  // The first needs a capability that the daemon does not have by itself. If the second gets less than requested, the
+  // kernel's default applies, and overruns are counted either way.
   if (socket.set(SOL_SOCKET, SO_RCVBUFFORCE, receive_buffer_bytes) < 0) {
     static_cast<void>(socket.set(SOL_SOCKET, SO_RCVBUF, receive_buffer_bytes));
   }
   return socket.set(SOL_SOCKET, SO_SNDBUF, send_buffer_bytes);
 }
 
-/// Error frames have a queue of their own: a controller that floods us with them must not push data out.
+/// Error frames have a queue of their own: a controller that floods it must not displace data.
 int configure_error_socket(RawSocket& socket, CanSystem& system) {
   const int result = system.set_option(socket.fd(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
   if (result < 0) return result;
@@ -242,7 +242,7 @@ class CanSocketPort final : public BusPort {
   bool receives_errors_;
   CanSystem& system_;
   OwnedFd poll_;  // an epoll instance: itself pollable, and it stays while the sockets in it change
-  OwnedFd news_;  // an eventfd in it, readable while a loss is untold
+  OwnedFd news_;  // an eventfd in it, readable while a loss is unreported
   RawSocket data_socket_;
   RawSocket error_socket_;
   int interface_index_ = 0;
@@ -314,7 +314,7 @@ Result<void, SendError> CanSocketPort::send(const CanFrame& frame) {
     fail(EINVAL, "send to");
     return failure(SendError::refused);
   }
-  // Even where the kernel would take the frame: without a carrier it takes all, and transmits none.
+  // Even where the kernel would accept the frame: without a carrier it accepts all, and transmits none.
   if (state_ != BusState::up) return failure(SendError::down);
   const int result = system_.send(data_socket_.fd(), to_wire(frame));
   if (result == CAN_MTU) return {};
@@ -328,22 +328,22 @@ Result<void, SendError> CanSocketPort::send(const CanFrame& frame) {
 void CanSocketPort::maintain() {
   CanInterface found;
   if (!look_up(found)) return;
-  // Gone and back between two calls: nothing may have told us, and our socket will never hear anything again.
+  // Gone and back between two calls: perhaps without any notification, and the old socket will never receive again.
   if (data_socket_.is_open() && found.index != interface_index_) leave_up(BusState::absent);
   if (!data_socket_.is_open() && !open_sockets(found.index)) return;
   if (state_ == BusState::up) {
     if (!found.is_running) leave_up(BusState::down);
     return;
   }
-  // An error left over from the outage would fail the first frame after it. One that is raised from here on is news, so
-  // only a look that is taken after this one may say that the interface is up.
+  // An error left over from the outage would fail the first frame after it. One that is raised from here on is new, so
+  // only a check after this line may find that the interface is up.
   if (!discard_socket_errors() || !look_up(found)) return;
   if (found.index != interface_index_) return observe_error(ENODEV, "keep");
   state_ = BusState::down;
   if (found.is_running) come_up();
 }
 
-/// False if there is no such interface, or nobody can tell at the moment; then all stays as it is.
+/// False if there is no such interface, or its state cannot be read at the moment; then all stays as it is.
 bool CanSocketPort::look_up(CanInterface& out) {
   const int result = system_.look_up(name_, interface_index_, out);
   if (result == -ENODEV) leave_up(BusState::absent);
@@ -365,7 +365,7 @@ bool CanSocketPort::open_one(RawSocket& out, int interface_index, bool is_for_er
   const int fd = system_.open_socket();
   if (fd < 0) return fail(-fd, "open a socket for");
   RawSocket socket(system_, fd);
-  // Before bind, so that nothing else is ever in the queue.
+  // Before bind, so that no other frame is ever in the queue.
   const int configured = is_for_errors ? configure_error_socket(socket, system_)
                                        : configure_data_socket(socket, system_, filter_, receives_own_);
   if (configured < 0) return fail(-configured, "configure a socket for");
@@ -376,7 +376,7 @@ bool CanSocketPort::open_one(RawSocket& out, int interface_index, bool is_for_er
   return true;
 }
 
-/// False if one of them says that the interface is gone.
+/// False if one of them reports that the interface is gone.
 bool CanSocketPort::discard_socket_errors() {
   for (const RawSocket* socket : {&data_socket_, &error_socket_}) {
     if (socket->is_open() && system_.take_error(socket->fd()) == ENODEV) {
@@ -409,7 +409,7 @@ void CanSocketPort::leave_up(BusState state) {
 void CanSocketPort::observe_error(int code, const char* doing) {
   fail(code, doing);
   if (code == ENETDOWN) leave_up(BusState::down);
-  // ENXIO is what send says on a socket whose interface was removed.
+  // send() returns ENXIO on a socket of an interface that was removed.
   if (code == ENODEV || code == ENXIO) leave_up(BusState::absent);
 }
 
@@ -425,7 +425,7 @@ std::string CanSocketPort::last_error() const {
   return text;
 }
 
-/// Whether the kernel has CAN at all, which waiting for an interface would not mend.
+/// Whether the kernel has CAN at all: waiting for an interface would not help without it.
 Result<void, OsError> probe(CanSystem& system, const std::string& name) {
   const int fd = system.open_socket();
   if (fd >= 0) {

@@ -1,11 +1,11 @@
 // A CAN bus behind a SocketCAN interface such as can0 or vcan0.
 //
-// What makes this more than a socket: an interface goes down and comes up (the same socket goes on working), or goes
-// away and comes back (the socket is deaf for ever, and a new one must be found by name). The kernel tells either only
-// once. maintain() therefore also looks at the interface itself, and whoever uses the port still judges a bus by the
-// age of its data: a controller in bus-off takes frames without a word, and transmits none.
+// Beyond a plain socket it handles an interface that goes down and comes up (the same socket continues to work), or
+// disappears and returns (the socket never receives again, and the new interface must be found by name). The kernel
+// reports either only once. maintain() therefore also checks the interface itself, and the user of the port still
+// judges a bus by the age of its data: a controller in bus-off accepts frames without an error, and transmits none.
 //
-// A bit rate can only be changed while an interface is down, so it is asked for whenever one has come up.
+// A bit rate can only be changed while an interface is down, so it is read whenever one has come up.
 //
 // A state other than `up` refuses to send until maintain() has seen the interface running again. A port that is opened
 // on a missing interface, or one that is down, starts in that state without `ReadStatus::down`: nothing was lost.
@@ -27,8 +27,8 @@ struct CanInterface {
   bool is_running = false;  // up, and with a carrier: a controller in bus-off has none
 };
 
-/// The system calls of a SocketCAN port, so that tests can have interfaces that vanish and sockets that cannot be had
-/// on kernels without any CAN. A negative result is an errno value. Descriptors must be real enough for epoll.
+/// The system calls of a SocketCAN port; tests replace them, to have interfaces that vanish and sockets that cannot be
+/// created on kernels without any CAN. A negative result is an errno value. Descriptors must be real enough for epoll.
 class CanSystem {
  public:
   virtual ~CanSystem() = default;
@@ -42,10 +42,10 @@ class CanSystem {
   [[nodiscard]] virtual int take_error(int fd) = 0;
   [[nodiscard]] virtual int receive(int fd, msghdr& message) = 0;
   [[nodiscard]] virtual int send(int fd, const can_frame& frame) = 0;
-  /// 0, or -ENODEV if there is no interface of this name. With the index it had when last looked up, or 0, nobody
-  /// else's interface is waited for as long as it still has it.
+  /// 0, or -ENODEV if there is no interface of this name. `known_index`: its index when last found, or 0; while it
+  /// still has that index the call waits for no other interface.
   [[nodiscard]] virtual int look_up(const std::string& name, int known_index, CanInterface& out) = 0;
-  /// What the interface is set to, 0 if it has no bit rate.
+  /// Configured bit rate of the interface, 0 if it has none.
   [[nodiscard]] virtual int bit_rate(int interface_index, std::uint32_t& out_bit_per_s) = 0;
 };
 

@@ -1,12 +1,11 @@
-// Waking. A port's descriptor must be readable while there are frames, and a writer should not make a system call per
-// frame and reader. So a reader that has found nothing writes an odd number that it never used before into its `armed`
-// word and looks once more; a writer that has published sends a byte to everyone whose word is odd, and then tries to
-// change exactly the number that it saw to the even one below.
+// Waking. The descriptor of a port must be readable while there are frames, and a writer should not make a system call
+// per frame and reader. So a reader that has found nothing writes an odd number that it never used before into its
+// `armed` word and checks again; a writer that has published sends a byte to every participant with an odd word, and
+// then tries to change exactly the number that it saw to the even one below.
 //
-// In that order, because a writer may be stopped between the two: the reader is then already awake, others go on
-// sending it a byte or two too many until it arms with a new number, and the stopped one's late change misses. If a
-// writer dies after publishing and before the byte, the next writer wakes the reader; if there is none, the reader's
-// own maintain().
+// In that order, because a writer may be stopped between the two: the reader is then already awake, others send it a
+// byte or two too many until it arms with a new number, and the late change of the stopped one fails. If a writer dies
+// after publishing and before the byte, the next writer wakes the reader; without one, its own maintain() does.
 #include "daemon/shell/can/embedded_bus.hpp"
 
 #include <algorithm>
@@ -35,7 +34,7 @@ constexpr std::size_t bus_name_max = 32;
 // "bmudbus" and the version of the layout in the last byte: change it with anything in EmbeddedRing or in how it is
 // used.
 constexpr std::uint64_t layout_magic = 0x626D'7564'6275'7301;
-// How many frames that do not pass the filter one read() skips, so that a flood of them cannot hold the caller.
+// Frames that do not pass the filter and are skipped by one read(), so that a flood of them cannot hold the caller.
 constexpr int skipped_per_read_max = 1024;
 
 OsError system_error(std::string what) {
@@ -67,7 +66,7 @@ class RingMapping {
   EmbeddedRing* ring_;
 };
 
-/// Opens or creates the bus's file. /dev/shm is open to everyone, so what lies there must be a plain file of our own.
+/// Opens or creates the file of the bus. All users may write to /dev/shm, so the file must be a plain one of this user.
 Result<OwnedFd, OsError> open_file(const std::string& path) {
   OwnedFd file(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR));
   if (!file.is_open()) {
@@ -108,13 +107,13 @@ Result<std::uint64_t, OsError> network_namespace() {
   return status.st_ino;
 }
 
-/// Holds the file's shared lock for as long as we live, and sees to it that all who hold it are in one network
-/// namespace: from another one their sockets cannot be reached, and their numbers look free. Whoever gets the exclusive
-/// lock is alone on the bus, and may move it to his own namespace.
+/// Holds the shared lock of the file until it is closed, and ensures that all holders are in one network namespace:
+/// from another one their sockets cannot be reached, and their numbers appear free. A participant that gets the
+/// exclusive lock is alone on the bus, and may move it to its own namespace.
 Result<void, OsError> share_file(const OwnedFd& file, EmbeddedRing& ring, const std::string& path) {
   const Result<std::uint64_t, OsError> here = network_namespace();
   if (!here) return failure(here.error());
-  // The locks of those who come or go at the same moment are in the way for microseconds only.
+  // The locks of participants that come or go at the same time are held for microseconds only.
   constexpr int turns_max = 200;
   for (int turn = 0; turn < turns_max; ++turn) {
     std::uint64_t found = 0;
@@ -131,7 +130,7 @@ Result<void, OsError> share_file(const OwnedFd& file, EmbeddedRing& ring, const 
   return failure(OsError{.code = 0, .what = path + " has participants in another network namespace"});
 }
 
-/// Whether newcomers find this very file.
+/// Whether new participants find this very file.
 bool is_named(const OwnedFd& file, const std::string& path) {
   struct stat ours {};
   struct stat named {};
@@ -144,10 +143,10 @@ struct SharedFile {
   RingMapping mapping;
 };
 
-/// The file, mapped and with our lock on it. One that its last participant took away between our opening it and having
-/// the lock is not the bus any more: once we have the lock, nobody can take it away, so looking then is enough.
+/// The file, mapped and locked. One that its last participant removed between opening and locking it is not the bus any
+/// more: once it is locked, no participant can remove it, so checking then is enough.
 Result<SharedFile, OsError> join(const std::string& path) {
-  constexpr int turns_max = 100;  // each time somebody else was the last, in the same microseconds
+  constexpr int turns_max = 100;  // each time another participant was the last, in the same microseconds
   for (int turn = 0; turn < turns_max; ++turn) {
     Result<OwnedFd, OsError> file = open_file(path);
     if (!file) return failure(file.error());
@@ -160,14 +159,14 @@ Result<SharedFile, OsError> join(const std::string& path) {
   return failure(OsError{.code = EWOULDBLOCK, .what = "join " + path});
 }
 
-/// Takes the file away if nobody else is on the bus, which is who gets the exclusive lock. Trying for it gives up our
-/// own, so this is the last thing to do with it; of two who leave at once, one may find the other still there, and the
-/// file stays for whoever is next.
+/// Removes the file if no other participant is on the bus: then the exclusive lock succeeds. Trying for it releases the
+/// own lock, so this is the last use of the file; of two that leave at once, one may find the other still there, and
+/// the file stays for the next participant.
 void leave(const OwnedFd& file, const std::string& path) {
   if (flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_named(file, path)) unlink(path.c_str());
 }
 
-/// Where participant number K of a bus listens: an abstract name, which exists exactly as long as its socket.
+/// Address on which participant number K of a bus listens: an abstract name, which exists as long as its socket.
 class WakeAddress {
  public:
   WakeAddress(std::string_view bus, unsigned participant) {
@@ -218,7 +217,7 @@ class EmbeddedBusPort final : public BusPort {
         reader_(mapping_.ring()) {
     addresses_.reserve(EmbeddedRing::participant_count);
     for (unsigned i = 0; i < EmbeddedRing::participant_count; ++i) addresses_.emplace_back(bus, i);
-    // The descriptor must tell of frames before the first read, too.
+    // The descriptor must show frames before the first read, too.
     if (!rest()) wake(seat_.participant);
   }
   EmbeddedBusPort(const EmbeddedBusPort&) = delete;
@@ -260,8 +259,8 @@ ReadStatus EmbeddedBusPort::read(ReceivedFrame& out) {
   for (int skipped = 0; skipped < skipped_per_read_max; ++skipped) {
     if (!reader_.next(item)) {
       if (rest()) return ReadStatus::empty;
-      // A frame came just now. Whoever published it may have looked before we were armed, so nobody else is sure to
-      // make the descriptor readable again for what comes after this frame.
+      // A frame came just now. Its writer may have checked before this reader was armed, so no other participant is
+      // sure to make the descriptor readable again for the frames after this one.
       wake(seat_.participant);
       continue;
     }
@@ -270,34 +269,34 @@ ReadStatus EmbeddedBusPort::read(ReceivedFrame& out) {
     out = {.frame = item.frame, .received_at = monotonic_now(), .is_own = is_own};
     return ReadStatus::frame;
   }
-  return ReadStatus::empty;  // only for now: the bytes that woke us are still there, so the caller is woken again
+  return ReadStatus::empty;  // only for now: the bytes of the wake-up are still there, so the caller is woken again
 }
 
-/// Makes the descriptor unreadable and asks to be woken; false if there is something to read after all. The bytes go
-/// first: one that comes after we are armed belongs to a frame that we have not seen.
+/// Makes the descriptor unreadable and arms the wake-up; false if there is something to read after all. The bytes are
+/// drained first: one that comes after arming belongs to a frame that has not been read.
 bool EmbeddedBusPort::rest() {
   drain();
   EmbeddedRing::Word& armed = mapping_.ring().armed[seat_.participant];
-  // Odd and new. Nobody but us makes it larger, so this also continues where a dead predecessor stopped.
+  // Odd and new. Only this participant makes it larger, so this also continues where a dead predecessor stopped.
   armed.store((armed.load(std::memory_order_relaxed) | 1) + 2, std::memory_order_seq_cst);
   return reader_.is_at_end();
 }
 
 void EmbeddedBusPort::drain() {
   std::array<char, 16> bytes{};
-  // More than these cannot be queued unless somebody keeps sending, and then we are rightly woken again.
+  // More than these cannot be queued unless a participant keeps sending, and then another wake-up is right.
   for (int i = 0; i < 64; ++i) {
     if (recv(seat_.socket.get(), bytes.data(), bytes.size(), MSG_DONTWAIT) < 0 && errno != EINTR) return;
   }
 }
 
-/// False if the byte may be missing although somebody waits for it.
+/// False if the byte may be missing although the participant waits for it.
 bool EmbeddedBusPort::wake(unsigned participant) {
   const WakeAddress& address = addresses_[participant];
   const char byte = 0;
   const ssize_t sent =
       sendto(seat_.socket.get(), &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL, address.get(), address.length());
-  // A full queue wakes as well as one more byte; and where nobody listens, nobody sleeps.
+  // A full queue wakes as well as one more byte; and where no participant listens, none sleeps.
   return sent == 1 || errno == EAGAIN || errno == ECONNREFUSED;
 }
 

@@ -7,11 +7,12 @@
 // Each loaded `head`, which only ever changes by compare-exchange, so the load acquires everything that was done before
 // every earlier position was passed: the slot that pointed to the entry was overwritten before the entry is. Entries
 // are stored with release and loaded with acquire; a reader that saw a word of the new frame therefore also sees the
-// slot changed when it looks at it again, and discards what it copied. The words of a slot never repeat, as they hold
-// the position.
+// slot changed when it checks it again, and discards its copy. The words of a slot never repeat, as they hold the
+// position.
 //
-// Waking needs more than that: a writer stores a slot and then looks who sleeps, a reader says it sleeps and then looks
-// at the slot again. At least one must see the other, hence sequential consistency for those accesses.
+// Waking needs more than that: a writer stores a slot and then checks which readers sleep, a reader marks itself as
+// sleeping and then checks the slot again. At least one must see the other, hence sequential consistency for those
+// accesses.
 #include "daemon/shell/can/embedded_ring.hpp"
 
 namespace bmu {
@@ -20,7 +21,7 @@ namespace {
 
 using Word = EmbeddedRing::Word;
 
-// What a slot's word says: 46 bits of position, enough for two years of a million frames a second.
+// Layout of a slot's word: 46 bits of position, enough for two years of a million frames a second.
 constexpr unsigned entry_bits = 13;
 constexpr unsigned participant_bits = 5;
 static_assert(EmbeddedRing::entry_count == 1U << entry_bits);
@@ -71,13 +72,14 @@ CanFrame load(const EmbeddedRing::Entry& entry) {
   return frame;
 }
 
-/// Moves the head past a published slot, whoever published it. Failing means that somebody else has done it.
+/// Moves the head past a published slot, whichever writer published it. A failure means that another one did.
 void advance(Word& head, std::uint64_t from) {
   head.compare_exchange_strong(from, from + 1, std::memory_order_acq_rel, std::memory_order_relaxed);
 }
 
-/// Where a participant number's new owner goes on: behind the entry its predecessor published last. All entries that
-/// the ring still points to are then the last slot_count at most before this one, wherever the predecessor was killed.
+/// Entry with which the new owner of a participant number continues: behind the entry that its predecessor published
+/// last. All entries that the ring still points to are then the last slot_count at most before this one, wherever the
+/// predecessor was killed.
 std::uint64_t entry_after_last(const EmbeddedRing& ring, unsigned participant) {
   SlotContent last;
   for (const Word& slot : ring.slots) {
@@ -99,7 +101,7 @@ void RingWriter::publish(const CanFrame& frame) {
     Word& slot = ring_.slots[position % EmbeddedRing::slot_count];
     std::uint64_t word = slot.load(std::memory_order_acquire);
     const std::uint64_t end = unpack(word).end;
-    if (end > position) {  // taken: by a writer that has not moved the head yet, or `position` is old by now
+    if (end > position) {  // taken: by a writer that has not moved the head yet, or `position` is outdated
       advance(ring_.head, position);
       continue;
     }
@@ -112,7 +114,7 @@ void RingWriter::publish(const CanFrame& frame) {
 }
 
 RingReader::RingReader(const EmbeddedRing& ring) : ring_(ring), cursor_(ring.head.load(std::memory_order_acquire)) {
-  // The head is one behind if the last writer died in the middle. That frame is from before our time, and on a quiet
+  // The head is one behind if the last writer died in the middle. That frame is older than this reader, and on a quiet
   // bus may be days old.
   if (!is_at_end()) ++cursor_;
 }

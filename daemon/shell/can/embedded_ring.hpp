@@ -3,12 +3,12 @@
 // A participant may be killed or stopped between any two instructions and must not block or confuse the others, so
 // there is no lock, and every step that others could wait for can be finished by any of them:
 //
-//   writer   writes its frame into an entry of its own arena, where nobody else writes;
+//   writer   writes its frame into an entry of its own arena, where no other participant writes;
 //            puts a word that points there into the ring slot at `head` (this one CAS *is* the publication);
 //            moves `head` on. If it dies before that, the next writer finds the slot taken and moves `head` for it.
-//   reader   has a cursor of its own, touches nothing shared, and copies the entry that the slot's word points to.
+//   reader   has a cursor of its own, changes nothing shared, and copies the entry that the slot's word points to.
 //
-// All bytes zero is an empty bus, so whoever creates the memory need not initialise it, and nobody races with that.
+// All bytes zero is an empty bus, so the creator of the memory need not initialise it, and there is no race for that.
 #pragma once
 
 #include <array>
@@ -33,16 +33,16 @@ struct EmbeddedRing {
   };
   using Arena = std::array<Entry, entry_count>;
 
-  Word magic;              // 0 until the first participant writes what layout this is
-  Word network_namespace;  // where the participants' sockets are
-  Word head;               // the position the next frame gets; may be one behind, never more
-  /// Who sleeps and wants to be woken; see embedded_bus.cpp.
+  Word magic;              // 0 until the first participant writes the layout's number
+  Word network_namespace;  // namespace of the participants' sockets
+  Word head;               // position of the next frame; may be one behind, never more
+  /// Participants that sleep and have to be woken; see embedded_bus.cpp.
   alignas(64) std::array<Word, participant_count> armed;
   alignas(64) std::array<Word, slot_count> slots;
   alignas(64) std::array<Arena, participant_count> arenas;
 };
 
-/// Publishes the frames of one participant. There must be only one writer for a participant number at a time.
+/// Publishes the frames of one participant. Precondition: only one writer per participant number at a time.
 class RingWriter {
  public:
   RingWriter(EmbeddedRing& ring, unsigned participant);
@@ -62,11 +62,11 @@ class RingReader {
     unsigned participant = 0;
   };
 
-  /// Begins with the frame that is published next.
+  /// Starts with the frame that is published next.
   explicit RingReader(const EmbeddedRing& ring);
 
-  /// The next frame in the order of the bus; false if there is none yet. A reader that was lapped goes on half a ring
-  /// behind the newest frame, so that it is not lapped again at once, and counts what it skipped.
+  /// The next frame in the order of the bus; false if there is none yet. A reader that was lapped continues half a ring
+  /// behind the newest frame, so that it is not lapped again at once, and counts the skipped positions.
   [[nodiscard]] bool next(Item& out);
   [[nodiscard]] bool is_at_end() const;
   [[nodiscard]] std::uint64_t frames_lost() const { return lost_; }

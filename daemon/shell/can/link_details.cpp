@@ -24,19 +24,19 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-// An answer about one link is some 2 KiB; longer ones are refused, not cut.
+// An answer about one interface is some 2 KiB; longer ones are refused, not cut.
 constexpr std::size_t answer_bytes_max = 32'768;
 struct AnswerRoom {
   alignas(nlmsghdr) std::array<std::byte, answer_bytes_max> bytes{};
 };
 
-/// The first attribute of each type up to `type_max`; null where there is none.
+/// The first attribute of each type up to `type_max`; null if there is none.
 template <std::uint16_t type_max>
 struct Attributes {
   std::array<const nlattr*, type_max + std::size_t{1}> of{};
 };
 
-/// As mnl_attr_cb_t. Types of later kernels are passed over.
+/// An mnl_attr_cb_t. Skips types of later kernels.
 template <std::uint16_t type_max>
 int remember(const nlattr* attribute, void* attributes) {
   if (mnl_attr_type_valid(attribute, type_max) < 0) return MNL_CB_OK;
@@ -45,7 +45,7 @@ int remember(const nlattr* attribute, void* attributes) {
   return MNL_CB_OK;
 }
 
-/// Those inside `outer`: none where that is null, and none behind one of an impossible length.
+/// The attributes inside `outer`: none if that is null, and none behind one of an impossible length.
 template <std::uint16_t type_max>
 Attributes<type_max> nested_in(const nlattr* outer) {
   Attributes<type_max> found;
@@ -71,7 +71,7 @@ ControllerState state_of(std::uint32_t raw) {
   }
 }
 
-/// True if the attribute is missing, which a driver may leave it, or whole.
+/// True if the attribute is missing, as a driver may leave it out, or complete.
 template <class Value>
 bool take(const nlattr* attribute, std::optional<Value>& out) {
   if (attribute == nullptr) return true;
@@ -80,7 +80,7 @@ bool take(const nlattr* attribute, std::optional<Value>& out) {
   return true;
 }
 
-/// False: something in it is damaged.
+/// False: an attribute is damaged.
 bool take_data(const nlattr* data, LinkDetails& out) {
   const auto in = nested_in<IFLA_CAN_MAX>(data).of;
   std::optional<can_bittiming> timing;
@@ -109,13 +109,13 @@ bool take_history(const nlattr* statistics, LinkDetails& out) {
   return true;
 }
 
-/// The RTM_NEWLINK of an answer: where it is, and its fixed part.
+/// The RTM_NEWLINK of an answer: its position, and its fixed part.
 struct Link {
   const nlmsghdr* message = nullptr;
   ifinfomsg info{};
 };
 
-/// As mnl_cb_t.
+/// An mnl_cb_t.
 int remember_link(const nlmsghdr* message, void* link) {
   if (message->nlmsg_type != RTM_NEWLINK || mnl_nlmsg_get_payload_len(message) < sizeof(ifinfomsg)) {
     errno = EBADMSG;
@@ -134,7 +134,7 @@ int link_in(Bytes answer, Link& out) {
   return out.message == nullptr ? -EBADMSG : 0;
 }
 
-/// Up to the end of the message: mnl_attr_parse() looks up to three bytes beyond one whose length is not aligned.
+/// Up to the end of the message: mnl_attr_parse() reads up to three bytes beyond one with an unaligned length.
 Attributes<IFLA_MAX> attributes_of(const nlmsghdr& message) {
   Attributes<IFLA_MAX> found;
   mnl_attr_parse_payload(mnl_nlmsg_get_payload_offset(&message, sizeof(ifinfomsg)),
@@ -170,8 +170,8 @@ struct CloseSocket {
   void operator()(mnl_socket* socket) const { mnl_socket_close(socket); }
 };
 
-/// The kernel's answer, in `room`; 0 or a negative errno value. It is there when the request has been sent; that it is
-/// never waited for is the socket's flag.
+/// The answer of the kernel, in `room`; 0 or a negative errno value. It is there when the request has been sent; the
+/// flag of the socket ensures that it is never waited for.
 int query(const Request& request, AnswerRoom& room, Bytes& out) {
   const std::unique_ptr<mnl_socket, CloseSocket> socket(mnl_socket_open2(NETLINK_ROUTE, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket || mnl_socket_sendto(socket.get(), request.bytes().data(), request.bytes().size()) < 0) return -errno;
@@ -253,12 +253,12 @@ int find_link(std::string_view name, FoundLink& out) {
 
 int look_again(std::string_view name, int index, FoundLink& out) {
   out = {};
-  // Of whatever family: interfaces are asked about by any socket.
+  // A socket of any family serves for queries about interfaces.
   const OwnedFd socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!socket.is_open()) return -errno;
   ifreq request{};
   request.ifr_ifindex = index;
-  // By number the kernel does not run modprobe, and by a name that is there neither.
+  // For an index the kernel does not run modprobe, nor for the name of an existing interface.
   if (::ioctl(socket.get(), SIOCGIFNAME, &request) != 0) return -errno;
   const std::string_view found(request.ifr_name, ::strnlen(request.ifr_name, sizeof request.ifr_name));
   if (found != name) return -ENODEV;

@@ -1,19 +1,21 @@
-// What the kernel says of a CAN interface by rtnetlink: its bit rate, its controller's state and counters.
+// Details of a CAN interface, read by rtnetlink: its bit rate, the state and the counters of its controller.
 //
-// One question for one interface, and one answer: RTM_NEWLINK, in it IFLA_LINKINFO, in that IFLA_INFO_KIND "can",
-// IFLA_INFO_DATA with what it is set to and how it is (linux/can/netlink.h), and IFLA_INFO_XSTATS with what it has
-// counted. Interfaces of other kinds (vcan, vxcan) have none of it, and one that was not set up yet has a bit rate of
-// 0, which is that of the nominal bits; CAN FD's data have another.
+// One request for one interface, and one answer: RTM_NEWLINK, in it IFLA_LINKINFO, in that IFLA_INFO_KIND "can",
+// IFLA_INFO_DATA with its settings and its state (linux/can/netlink.h), and IFLA_INFO_XSTATS with its counters.
+// Interfaces of other kinds (vcan, vxcan) have none of it, and one that was not set up yet has a bit rate of 0, which
+// is that of the nominal bits; CAN FD's data have another.
 //
-// libmnl builds the request, carries it and takes the answer apart. By hand there is what an attribute of a CAN link
-// means, and look_again(). Not by libsocketcan, which sets links up (link_system.cpp): its can_get_*() look the name up
-// by if_nametoindex(), for which the kernel may run modprobe (below); they wait for the answer without a limit, print
-// what fails on stderr, and read one value a request, so that state, counters and bit rate would be of different times.
+// libmnl builds the request, carries it and parses the answer. The meaning of the attributes of a CAN link, and
+// look_again(), are implemented here. Not by libsocketcan, which sets interfaces up (link_system.cpp): its can_get_*()
+// look the name up by if_nametoindex(), for which the kernel may run modprobe (below); they wait for the answer without
+// a limit, print failures on stderr, and read one value per request, so that state, counters and bit rate would be of
+// different times.
 //
 // It needs no privilege, but the address family AF_NETLINK. The kernel answers before send returns, and the socket
-// never waits for it; what can be waited for is its lock on link settings, as with the bind of a CAN socket, and a
-// controller behind SPI, which is asked for its counters with that lock held. Ask for a bit rate when a bus is opened,
-// and for all of it on another thread (`bmud-links`). A request takes a socket and some bytes of heap: -EMFILE and
+// never waits for it; a wait is possible for the kernel's lock on link settings, as with the bind of a CAN socket, and
+// for a controller behind SPI, which is queried for its counters with that lock held. Read the bit rate when a bus is
+// opened, and all details on another thread (`bmud-links`). A request takes a socket and some bytes of heap: -EMFILE
+// and -ENOMEM are results like any other.
 // -ENOMEM are results like any other.
 #pragma once
 
@@ -26,18 +28,18 @@
 namespace bmu {
 
 enum class ControllerState : std::uint8_t {
-  unknown,  // no controller, or a driver that does not say
+  unknown,  // no controller, or a driver that does not report it
   error_active,
   error_warning,  // 96 errors counted
-  error_passive,  // 128: it may no longer speak up
-  bus_off,        // 256: it takes no part
+  error_passive,  // 128: it may no longer send active error flags
+  bus_off,        // 256: it takes no part in the bus
   stopped,        // the interface is down
   sleeping,
 };
 
 [[nodiscard]] std::string_view to_text(ControllerState state);
 
-/// The errors a controller has counted of late: both go down again with what succeeds.
+/// Recent errors counted by a controller: both counters fall again with successful frames.
 struct ErrorCounters {
   std::uint16_t sending = 0;    // TEC
   std::uint16_t receiving = 0;  // REC
@@ -45,7 +47,7 @@ struct ErrorCounters {
   friend bool operator==(const ErrorCounters&, const ErrorCounters&) = default;
 };
 
-/// What has happened since the interface was made.
+/// Counts since the interface was created.
 struct ControllerHistory {
   std::uint32_t bus_errors = 0;
   std::uint32_t times_passive = 0;
@@ -56,13 +58,13 @@ struct ControllerHistory {
 };
 
 struct LinkDetails {
-  bool is_can = false;  // of the kind "can"; with any other the rest says nothing
-  bool is_up = false;   // as somebody wants it, whether its controller takes part or not
+  bool is_can = false;  // of the kind "can"; with any other kind the other members are meaningless
+  bool is_up = false;   // administratively up, whether its controller takes part or not
   std::uint32_t bit_rate_bit_per_s = 0;
   std::uint32_t restart_ms = 0;  // after bus-off; 0: it stays off
   ControllerState state = ControllerState::unknown;
-  std::optional<ErrorCounters> errors{};       // not every driver tells
-  std::optional<ControllerHistory> history{};  // the same
+  std::optional<ErrorCounters> errors{};       // not every driver reports them
+  std::optional<ControllerHistory> history{};  // nor these
 
   friend bool operator==(const LinkDetails&, const LinkDetails&) = default;
 };
@@ -72,26 +74,26 @@ struct FoundLink {
   bool is_running = false;  // up, and with a carrier: a controller in bus-off has none
 };
 
-/// The interface of this name. 0 or a negative errno value, -ENODEV for one that is not there; then `out` is empty.
+/// The interface of this name. 0 or a negative errno value, -ENODEV if there is none; then `out` is empty.
 ///
-/// An ioctl for it (SIOCGIFINDEX, if_nametoindex()) is none for a control loop: for an interface that is not there the
-/// kernel first runs modprobe, and whoever may administer the network waits for it, a fifth of a second on a slow
-/// machine.
+/// An ioctl for it (SIOCGIFINDEX, if_nametoindex()) is not for a control loop: for an interface that does not exist the
+/// kernel first runs modprobe, and a process that may administer the network waits for it, a fifth of a second on a
+/// slow machine.
 [[nodiscard]] int find_link(std::string_view name, FoundLink& out);
 /// The same for one that was found before, by ioctls that do without the kernel's lock on link settings. find_link()
-/// waits for whoever holds that, be it for another interface: the driver of serial adapters holds it for a second when
-/// one is pulled out (Linux 6.1), and rtnetlink, by libmnl too, knows no other way. -ENODEV if nothing has that index
-/// any more, or something of another name.
+/// waits for the holder of that lock, be it for another interface: the driver of serial adapters holds it for a second
+/// when one is pulled out (Linux 6.1), and rtnetlink, by libmnl too, has no other way. -ENODEV if no interface has that
+/// index any more, or one of another name.
 [[nodiscard]] int look_again(std::string_view name, int index, FoundLink& out);
-/// The same from the kernel's answer. -EBADMSG for what is none; the errno of a refusal. Answers begin where an
-/// nlmsghdr may, here and below.
+/// The same from the kernel's answer. -EBADMSG if it is not such an answer; the errno of a refusal. Answers have the
+/// alignment of an nlmsghdr, here and below.
 [[nodiscard]] int found_link_in(std::span<const std::byte> answer, FoundLink& out);
-/// Of the interface with this index. 0 or a negative errno value; then `out` is empty.
+/// Details of the interface with this index. 0 or a negative errno value; then `out` is empty.
 [[nodiscard]] int ask_link_details(int interface_index, LinkDetails& out);
-/// The same from the kernel's answer. -EBADMSG for what is none, or is damaged; the errno of a refusal.
+/// The same from the kernel's answer. -EBADMSG if it is not such an answer, or damaged; the errno of a refusal.
 [[nodiscard]] int link_details_in(std::span<const std::byte> answer, LinkDetails& out);
 
-// The bit rate alone; 0 where it has none.
+// The bit rate alone; 0 if there is none.
 [[nodiscard]] int ask_bit_rate(int interface_index, std::uint32_t& out_bit_per_s);
 [[nodiscard]] int bit_rate_in(std::span<const std::byte> answer, std::uint32_t& out_bit_per_s);
 

@@ -11,7 +11,7 @@ namespace bmu {
 
 namespace {
 
-constexpr std::int64_t tolerance_permille = 5;  // a controller divides its clock, and comes near
+constexpr std::int64_t tolerance_permille = 5;  // a controller divides its clock, and its rate is not exact
 
 std::string rate_text(std::uint32_t bit_per_s) {
   std::array<char, 32> text{};
@@ -49,14 +49,14 @@ bool LinkKeeper::look(const LinkLook& look, TimePoint now) {
   details_ = look.details;
   if (!wanted_) return false;
   if (look.result < 0 || !details_.is_can) {
-    // Another one may come under this name, and is told of anew.
+    // Another one may come under this name, and is reported again.
     if (look.result == -ENODEV) become(SetUp::waits, Severity::info, "");
     return false;
   }
   const std::string found = settings_text(details_.bit_rate_bit_per_s, details_.restart_ms);
   const std::string wanted = settings_text(wanted_->bit_rate_bit_per_s, wanted_->restart_ms);
   if (details_.is_up) {
-    if (set_up_ == SetUp::done) return false;  // by us: what its driver made of it has been told
+    if (set_up_ == SetUp::done) return false;  // by this daemon: its settings have been logged
     if (is_as_wanted()) {
       become(SetUp::as_wanted, Severity::info, name_ + " is up with " + found + ", as wanted");
     } else {

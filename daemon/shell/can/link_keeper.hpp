@@ -1,7 +1,7 @@
-// One CAN interface as the pack file wants it: set up while it is down, and else only looked at.
+// One CAN interface and the settings of the pack file: set up while it is down, and otherwise only monitored.
 //
-// Pure; link_watch.hpp looks and acts. An interface that is up is never touched, not even with other settings: it may
-// be in use, and somebody wanted it so. That is told, and what to do. Whatever is told is told once.
+// Pure; link_watch.hpp reads and acts. An interface that is up is never changed, not even with other settings: it may
+// be in use, and an administrator set it up so. That is logged, with the remedy. Each line is logged once.
 #pragma once
 
 #include <cstdint>
@@ -24,28 +24,28 @@ struct LinkSettings {
 };
 
 enum class SetUp : std::uint8_t {
-  not_asked,   // the pack file does not want it
-  waits,       // there is no such interface yet, or it has nothing to be set
+  not_asked,   // not requested by the pack file
+  waits,       // there is no such interface yet, or it has no settings
   as_wanted,   // it was up with these settings
   left_alone,  // it is up with others
   done,
   no_right,
-  failed,  // tried again every `retry`
+  failed,  // retried every `retry`
 };
 
 [[nodiscard]] std::string_view to_text(SetUp set_up);
 
-/// What one look at an interface has shown.
+/// Result of one probe of an interface.
 struct LinkLook {
-  int result = 0;  // -ENODEV: there is none; other negative errno values: nobody knows
+  int result = 0;  // -ENODEV: there is none; other negative errno values: its state is unknown
   LinkDetails details{};
   bool has_right = false;  // this process may change link settings
 };
 
-/// How setting one up went.
+/// Result of setting an interface up.
 struct LinkTried {
   int result = 0;           // of bit rate and start: a negative errno value is a failure
-  bool has_restart = true;  // its driver can come back from bus-off by itself
+  bool has_restart = true;  // its driver can recover from bus-off by itself
 };
 
 struct LinkLine {
@@ -57,18 +57,18 @@ class LinkKeeper {
  public:
   static constexpr Duration retry = 10s;
 
-  /// `wanted`: none, it is only looked at.
+  /// `wanted`: settings; no value: it is only monitored.
   LinkKeeper(std::string name, std::optional<LinkSettings> wanted) : name_(std::move(name)), wanted_(wanted) {}
 
-  /// True: set it up now, and say by tried() how that went.
+  /// True: set it up now, and pass the result to tried().
   [[nodiscard]] bool look(const LinkLook& look, TimePoint now);
   void tried(const LinkTried& tried, TimePoint now);
-  /// What there is to tell since the last time.
+  /// Log lines since the last call.
   [[nodiscard]] std::vector<LinkLine> take_lines();
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::optional<LinkSettings>& wanted() const { return wanted_; }
-  /// As of the last look; empty while there is no such interface.
+  /// As of the last probe; empty while there is no such interface.
   [[nodiscard]] const LinkDetails& details() const { return details_; }
   [[nodiscard]] SetUp set_up() const { return wanted_ ? set_up_ : SetUp::not_asked; }
 

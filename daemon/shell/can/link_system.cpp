@@ -1,4 +1,4 @@
-// The kernel's side of LinkWatch: looks by rtnetlink (link_details.hpp), sets up by libsocketcan.
+// LinkSystem of the kernel: reads by rtnetlink (link_details.hpp), sets up by libsocketcan.
 #include <cerrno>
 #include <string>
 
@@ -13,7 +13,7 @@ namespace bmu {
 
 namespace {
 
-/// By the kernel's word: root may have lost it, and others may have been given it.
+/// As the kernel reports it: root may have lost the capability, and others may have been given it.
 bool may_change_links() {
   __user_cap_header_struct header{.version = _LINUX_CAPABILITY_VERSION_3, .pid = 0};
   __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3]{};
@@ -21,7 +21,7 @@ bool may_change_links() {
   return (data[CAP_TO_INDEX(CAP_NET_ADMIN)].effective & CAP_TO_MASK(CAP_NET_ADMIN)) != 0;
 }
 
-/// The library tells of a failure by -1, and of the reason by errno, if it does.
+/// The library reports a failure by -1, and the reason by errno, if at all.
 int checked(int result) {
   if (result >= 0) return 0;
   return errno == 0 ? -EIO : -errno;
@@ -43,7 +43,7 @@ class KernelLinkSystem final : public LinkSystem {
     errno = 0;
     tried.result = checked(::can_set_bitrate(name, settings.bit_rate_bit_per_s));
     if (tried.result < 0) return tried;
-    // Some drivers have no restart. That is no reason to have no bus.
+    // Some drivers have no restart, which is no reason to have no bus.
     tried.has_restart = ::can_set_restart_ms(name, settings.restart_ms) == 0 || settings.restart_ms == 0;
     errno = 0;
     tried.result = checked(::can_do_start(name));

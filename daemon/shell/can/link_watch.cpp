@@ -13,7 +13,7 @@ namespace bmu {
 
 namespace {
 
-/// What the end may wait for the kernel's lock.
+/// Maximum wait at the end for the kernel's lock.
 constexpr Duration end_max = 200ms;
 
 }  // namespace
@@ -29,7 +29,7 @@ struct LinkWatch::Shared {
 
   const Log log;
   LinkSystem& system;
-  std::vector<LinkKeeper> keepers;  // the thread's alone, once it runs
+  std::vector<LinkKeeper> keepers;  // used by the thread only, once it runs
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -61,7 +61,7 @@ void LinkWatch::Shared::look_after(std::size_t index) {
   }
   const std::lock_guard lock(mutex);
   reports[index].second = {.details = keeper.details(), .set_up = keeper.set_up()};
-  // Nothing is told once whom we tell it to may be gone.
+  // Logs nothing once the thread has to end: the log may be gone.
   for (const LinkLine& line : keeper.take_lines()) {
     if (!has_to_end) log(line.severity, line.text);
   }

@@ -1,7 +1,7 @@
-// Looks after the CAN interfaces of the buses: each second, on a thread of its own, how their controllers are; and sets
-// them up, where the pack file wants it and this process may (link_keeper.hpp). The kernel's lock on link settings, and
-// a controller behind SPI, may take their time, and the control loop has none. Nothing is decided by what is seen here:
-// the ports and the core notice by themselves what a bus does.
+// Monitors the CAN interfaces of the buses: reads the state of their controllers each second, on a thread of its own,
+// and sets them up if the pack file requests it and this process may (link_keeper.hpp). The kernel's lock on link
+// settings, and a controller behind SPI, may take their time, and the control loop must not wait. No decision depends
+// on these values: the ports and the core detect the state of a bus by themselves.
 #pragma once
 
 #include <functional>
@@ -18,13 +18,13 @@
 
 namespace bmu {
 
-/// The system's side, so that tests can have controllers on kernels without CAN.
+/// The system's side; tests replace it, to have controllers on kernels without CAN.
 class LinkSystem {
  public:
   virtual ~LinkSystem() = default;
 
   [[nodiscard]] virtual LinkLook look(const std::string& interface_name) = 0;
-  /// Bit rate and restart, which take an interface that is down; then up.
+  /// Sets bit rate and restart, which requires an interface that is down; then brings it up.
   [[nodiscard]] virtual LinkTried set_up(const std::string& interface_name, const LinkSettings& settings) = 0;
 };
 
@@ -33,7 +33,7 @@ class LinkSystem {
 
 struct LinkWanted {
   std::string interface_name;
-  std::optional<LinkSettings> set_up{};  // none: only looked at
+  std::optional<LinkSettings> set_up{};  // no value: only monitored
 };
 
 struct LinkReport {
@@ -47,17 +47,17 @@ class LinkWatch {
 
   static constexpr Duration look_every = 1s;
 
-  /// After prepare_signals(), whose mask the thread inherits; none is started for no interfaces. `log` is called on the
-  /// thread, and not once this is gone. The error: no thread could be had.
+  /// Precondition: prepare_signals(), because the thread inherits its mask; without interfaces no thread is started.
+  /// `log` is called on the thread, and never after this object is destroyed. The error: no thread could be created.
   [[nodiscard]] static Result<std::unique_ptr<LinkWatch>, OsError> start(const std::vector<LinkWanted>& wanted, Log log,
                                                                          LinkSystem& system = kernel_link_system());
   LinkWatch(const LinkWatch&) = delete;
   LinkWatch& operator=(const LinkWatch&) = delete;
-  /// Ends the thread; one that hangs in the kernel is given up after a moment.
+  /// Ends the thread; one that hangs in the kernel is detached after 200 ms.
   ~LinkWatch();
 
-  /// As of the last look. Nothing for a bus that is no interface. Never waits: the one before while the thread writes
-  /// it. Of one thread.
+  /// As of the last probe. No value for a bus that is not an interface. Never waits: returns the previous one while the
+  /// thread writes it. For one thread only.
   [[nodiscard]] std::optional<LinkReport> report(const std::string& interface_name) const;
 
  private:
@@ -65,7 +65,7 @@ class LinkWatch {
 
   explicit LinkWatch(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
-  std::shared_ptr<Shared> shared_;  // the thread's, too: it may outlive us
+  std::shared_ptr<Shared> shared_;  // shared with the thread, which may outlive this object
   std::thread thread_;
   mutable std::vector<std::pair<std::string, LinkReport>> latest_;
 };

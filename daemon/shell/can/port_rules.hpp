@@ -1,4 +1,4 @@
-// What both kinds of port agree on: which received frames pass, and which frames may be sent at all.
+// Rules of both kinds of port: which received frames pass, and which frames may be sent at all.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ inline constexpr std::uint32_t standard_id_max = 0x7FF;
 inline constexpr std::uint32_t extended_id_max = 0x1FFFFFFF;
 
 /// The receiving side of PortOptions. A filter on exact identifiers passes data frames only: a remote frame, or one of
-/// the other length with the same number, is another thing on the bus.
+/// the other length with the same number, is a different message.
 class ReceiveFilter {
  public:
   explicit ReceiveFilter(const PortOptions& options)
@@ -49,9 +49,9 @@ class ReceiveFilter {
   bool passes_errors_;
 };
 
-/// False for what no classic CAN frame can be; the raw socket itself would let some of it through to the driver.
+/// False if no classic CAN frame can be so; the raw socket itself would let some of these through to the driver.
 [[nodiscard]] inline bool is_sendable(const CanFrame& frame) {
-  // An error frame's identifier is a set of class bits, which need the room of an extended one.
+  // The identifier of an error frame is a set of class bits, which need the size of an extended one.
   const std::uint32_t id_max = frame.is_extended || frame.is_error ? extended_id_max : standard_id_max;
   return frame.length <= frame.data.size() && frame.id <= id_max;
 }

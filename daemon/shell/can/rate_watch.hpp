@@ -1,4 +1,4 @@
-// Watches the bit rate of the internal bus: judged anew whenever the port has found another one, told once each time.
+// Monitors the bit rate of the internal bus: checked whenever the port has found another one, logged once each time.
 #pragma once
 
 #include <string>
@@ -16,11 +16,11 @@ class RateWatch {
   RateWatch(const PackConfig& pack, std::string_view file_name)
       : pack_(pack), file_name_(file_name), finding_(judge_rate(pack, file_name, 0)) {}
 
-  /// True: finding() is another one and has something to tell. Cheap while nothing changes: call it after maintain().
+  /// True: finding() has changed and has to be logged. Cheap while nothing changes: call it after maintain().
   [[nodiscard]] bool update(const BusPort& internal);
   [[nodiscard]] const RateFinding& finding() const { return finding_; }
-  /// How bad it is. At the start a rate that fits is a warning, for the file may be what is wrong; one that an
-  /// interface comes back with was nobody's intention. One that is too slow refuses the start.
+  /// Severity of the finding. At the start a rate that fits is a warning, because the file may be wrong; one with which
+  /// an interface returns was not intended. A rate that is too slow refuses the start.
   [[nodiscard]] Severity severity(bool is_start) const;
 
  private:

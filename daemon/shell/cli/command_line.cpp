@@ -14,10 +14,10 @@
 namespace bmu::command_line {
 namespace {
 
-/// Not shown in --help, and so without a name in what the library says of it; the only such option that has a value.
+/// Not shown in --help, and so without a name in the errors of the library; the only such option with a value.
 constexpr const char* completion_option = "--completion";
 
-/// Numbers as they are; quotes show where other words begin and end.
+/// Numbers unquoted; quotes show where other words begin and end.
 std::string found(const std::string& text) {
   return number_of_text<double>(text) ? text : "'" + text + "'";
 }
@@ -34,7 +34,7 @@ std::string known_commands(const CLI::App& app) {
   return joined(names, ", ");
 }
 
-/// A word that belongs nowhere. CLI11 only complains that a command is missing where one is misspelt.
+/// Error for a word that fits nowhere. CLI11 only reports a missing command where one is misspelt.
 std::string stray_text(const CLI::App& app, const std::string& word) {
   if (word.starts_with('-')) return word + ": there is no such option";
   const bool wants_command = app.get_require_subcommand_min() > 0 && app.get_subcommands().empty();
@@ -55,7 +55,7 @@ std::string text_of(const CLI::App& app, const CLI::ParseError& error) {
   return (name.empty() ? std::string(completion_option) : name) + ": wants one value";
 }
 
-/// Whatever the command line holds, it neither breaks the line nor steers the terminal.
+/// Control characters of the command line must neither break the line nor control the terminal.
 std::string one_line(std::string text) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
   std::replace_if(text.begin(), text.end(), is_control, '?');
@@ -94,11 +94,11 @@ CLI::Validator one_of(std::vector<std::string> words) {
 }
 
 void add_self_description(CLI::App& app, int section) {
-  // Ended like --version: before anything is missed that the command line would otherwise have to have.
+  // Ends parsing like --version: before a required option is found to be missing.
   app.add_flag_callback("--man-page",
                         [&app, section] { throw CLI::CallForVersion(manual_page(app, section), exit_ok); })
       ->group("");
-  // Checked here, as the library does not name an option that --help does not show.
+  // Checked here, because the library does not name an option that --help does not show.
   const auto complete = [&app](const std::string& shell) {
     if (shell == "bash") throw CLI::CallForVersion(bash_completion(app), exit_ok);
     if (shell == "zsh") throw CLI::CallForVersion(zsh_completion(app), exit_ok);

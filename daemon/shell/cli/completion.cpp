@@ -17,7 +17,7 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
   return names;
 }
 
-/// A program and all its commands, each before its own.
+/// A program and all its commands, each before its subcommands.
 void collect(const CLI::App& app, std::vector<const CLI::App*>& out) {
   out.push_back(&app);
   for (const CLI::App* command : commands_of(app)) collect(*command, out);
@@ -29,8 +29,8 @@ std::vector<const CLI::App*> whole_tree(const CLI::App& app) {
   return all;
 }
 
-/// What may stand at a place: the command's own options and, where the program lets options follow its commands, those
-/// of all it is a command of.
+/// Options permitted at a place: those of the command and, if the program lets options follow its commands, those of
+/// all its parents.
 std::vector<DescribedOption> options_at(const CLI::App& app) {
   std::vector<DescribedOption> all = described_options(app, false);
   const CLI::App* parent = app.get_parent();
@@ -46,7 +46,7 @@ std::vector<DescribedOption> options_at(const CLI::App& app) {
 
 constexpr std::string_view bash_buses = "$(cd /sys/class/net 2>/dev/null && compgen -G '*can*')";
 
-/// A word a line: names of files may have spaces.
+/// One word per line: names of files may have spaces.
 std::string bash_compgen(const std::string& what) {
   return "mapfile -t COMPREPLY < <(compgen " + what + " -- \"$word\")";
 }
@@ -55,7 +55,7 @@ std::string bash_words(const std::string& words) {
   return bash_compgen("-W " + words);
 }
 
-/// The command that leaves what fits in COMPREPLY.
+/// The command that stores the matches in COMPREPLY.
 std::string bash_offer(const DescribedOption& option) {
   switch (option.kind) {
     case ValueKind::words: return bash_words("'" + joined(option.words, " ") + "'");
@@ -68,7 +68,7 @@ std::string bash_offer(const DescribedOption& option) {
   return "COMPREPLY=()";
 }
 
-/// case "$place" in: what the word before asks for, then what else may stand here.
+/// case "$place" in: the values for the word before, then all else that may stand here.
 std::string bash_place(const CLI::App& app) {
   std::string text = "    '" + full_name(app) + "')\n      case $before in\n";
   std::vector<std::string> words;
@@ -102,7 +102,7 @@ std::string bash_way(const CLI::App& app) {
 
 // --- zsh ------------------------------------------------------------------------------------------------------------
 
-/// Within '...' and the brackets of _arguments.
+/// Escaped for '...' and the brackets of _arguments.
 std::string zsh_text(std::string_view text) {
   std::string out;
   for (const char c : text.substr(0, text.find('\n'))) {

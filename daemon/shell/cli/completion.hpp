@@ -1,5 +1,5 @@
-// What a shell offers behind a program's name when the tabulator is pressed, out of what the program's command line
-// knows of itself: its commands, their options, and what each takes.
+// Shell completion of a program, generated from the definition of its command line: its commands, their options, and
+// the values of each.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace bmu::command_line {
 
-/// A script to be read by bash; needs nothing but bash.
+/// A script to be read by bash; needs nothing else.
 [[nodiscard]] std::string bash_completion(const CLI::App& app);
 /// A function for zsh, as a file of its $fpath.
 [[nodiscard]] std::string zsh_completion(const CLI::App& app);

@@ -8,11 +8,11 @@ namespace bmu::command_line {
 namespace {
 
 struct KindRow {
-  std::string_view end;  // of the value's name
+  std::string_view end;  // end of the value's name
   ValueKind kind;
 };
 
-// The first that fits counts. Names of values are chosen by the programs; what is not here can be anything.
+// The first match counts. The programs choose the names of their values; a name that is not here can be anything.
 constexpr std::array kind_table{
     KindRow{"FILE", ValueKind::file},        KindRow{"FILE...", ValueKind::file},  KindRow{"PATH", ValueKind::file},
     KindRow{".json", ValueKind::file},       KindRow{".sqlite", ValueKind::file},  KindRow{".csv", ValueKind::file},
@@ -40,7 +40,7 @@ std::vector<std::string> split(std::string_view text, char by) {
   return parts;
 }
 
-/// "TEXT:{auto,always,never}": how the library shows a check on words.
+/// "TEXT:{auto,always,never}": form in which the library shows a check on words.
 void take_value(const CLI::Option& option, DescribedOption& out) {
   const std::string shown = option.get_type_name();
   const std::size_t braces = shown.find('{');
@@ -53,7 +53,7 @@ void take_value(const CLI::Option& option, DescribedOption& out) {
     std::replace(out.value_name.begin(), out.value_name.end(), ',', '|');
     return;
   }
-  // What the library calls a value whose kind nobody named; the positional's own name says more.
+  // Default name of the library for a value without one; the name of the positional is better.
   const bool is_plain = std::find(plain_names.begin(), plain_names.end(), out.value_name) != plain_names.end();
   const std::string positional = option.get_name(true);
   if (is_plain && !option.nonpositional()) out.value_name = positional;

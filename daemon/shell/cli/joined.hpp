@@ -1,4 +1,4 @@
-// Words in a row.
+// Words joined to one text.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace bmu::command_line {
 
-/// `between`: what stands between two of them.
+/// `between`: separator of the words.
 [[nodiscard]] inline std::string joined(const std::vector<std::string>& words, std::string_view between) {
   std::string all;
   for (const std::string& word : words) all += (all.empty() ? "" : std::string(between)) + word;

@@ -11,9 +11,8 @@
 namespace bmu::command_line {
 namespace {
 
-/// A backslash, and a dot or quote at the start of a line, mean something to man; a dash would become a hyphen, which
-/// nobody finds who searches for an option. A line may end behind a bar: between many words that may stand for one
-/// another there is no space.
+/// A backslash, and a dot or quote at the start of a line, have a meaning for man; a dash would become a hyphen, which
+/// a search for an option does not find. A line may be broken after a bar: there is no space between many alternatives.
 std::string escaped(std::string_view text) {
   std::string out;
   bool is_line_start = true;
@@ -41,7 +40,7 @@ std::string italic(std::string_view text) {
   return "\\fI" + escaped(text) + "\\fR";
 }
 
-/// "Watches over a pack: ... ." as the one line by which man -k finds it.
+/// "Watches over a pack: ... ." as the one line that man -k searches.
 std::string in_short(const std::string& description) {
   std::string text = description.substr(0, description.find(". "));
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -50,7 +49,7 @@ std::string in_short(const std::string& description) {
   return text;
 }
 
-/// The blocks of a text: what blank lines part.
+/// The blocks of a text, which blank lines separate.
 std::vector<std::string> blocks_of(const std::string& text) {
   std::vector<std::string> blocks;
   std::size_t at = 0;
@@ -91,9 +90,9 @@ std::string paragraph(std::string_view text) {
 }
 
 struct HeadedRow {
-  std::string_view words;  // how a block of --help begins
+  std::string_view words;  // beginning of a block of --help
   std::string_view section;
-  bool has_the_rest;  // what comes behind it belongs to it
+  bool has_the_rest;  // the blocks after it belong to it
 };
 
 constexpr std::array headed_table{
@@ -101,7 +100,7 @@ constexpr std::array headed_table{
     HeadedRow{.words = "Exit codes", .section = "EXIT STATUS", .has_the_rest = true},
 };
 
-/// What stands below the options, parted.
+/// The text below the options, by section.
 struct Foot {
   std::string text;                                       // for the description
   std::array<std::string, headed_table.size()> sections;  // without their titles
@@ -111,11 +110,11 @@ std::string without_title(const std::string& block) {
   const std::size_t colon = block.find(':');
   const std::size_t begin = colon == std::string::npos ? std::string::npos : block.find_first_not_of(" \n", colon + 1);
   if (begin == std::string::npos) return "";
-  // An indentation belongs to what follows.
+  // An indentation belongs to the text after it.
   return block[colon + 1] == '\n' ? block.substr(colon + 2) : block.substr(begin);
 }
 
-/// "Exit codes of this: ..." says of what; as a section it has to go on doing so.
+/// The subject in "Exit codes of this: ..." has to stay in the section.
 std::string section_text(const HeadedRow& row, const std::string& block) {
   const bool is_plain = row.words.ends_with(':') || block.find(':') == row.words.size();
   return paragraph(is_plain ? without_title(block) : block);
@@ -123,7 +122,7 @@ std::string section_text(const HeadedRow& row, const std::string& block) {
 
 Foot foot_of(const CLI::App& app) {
   Foot foot;
-  // The library hands a program's own down to its commands.
+  // The library passes the footer of a program on to its commands.
   if (app.get_parent() != nullptr && app.get_footer() == app.get_parent()->get_footer()) return foot;
   std::string* rest = &foot.text;
   for (const std::string& block : blocks_of(app.get_footer())) {
@@ -151,7 +150,7 @@ std::string option_text(const DescribedOption& option) {
 std::string options_text(const CLI::App& app) {
   std::string text;
   for (const DescribedOption& option : described_options(app, true)) {
-    // One that has a name, too, is among those below.
+    // One that also has a name is among those below.
     if (option.names.empty()) text += option_text(option);
   }
   for (const DescribedOption& option : described_options(app, false)) text += option_text(option);
@@ -174,7 +173,7 @@ std::string section(std::string_view name, const std::string& text) {
   return text.empty() ? "" : ".SH " + std::string(name) + "\n" + text;
 }
 
-/// A command and, below it, its own commands. Its own -h need not be told again.
+/// A command and, below it, its own commands. Its -h is not repeated.
 std::string command_text(const CLI::App& command) {
   std::string text = ".SS " + synopsis_of(command) + paragraph(command.get_description()) + "\n";
   for (const bool positionals : {true, false}) {

@@ -1,7 +1,7 @@
-// A program's manual page out of what its command line knows of itself, so that it cannot tell anything else.
+// Manual page of a program, generated from the definition of its command line, so that the two cannot differ.
 //
-// Options and commands become sections; what stands below the options in --help goes where its first words say:
-// "Examples:" and "Exit codes" to sections of their own, the rest to the description, an indented block as it is.
+// Options and commands become sections; the text below the options in --help is placed by its first words: "Examples:"
+// and "Exit codes" in sections of their own, the rest in the description, an indented block as it is.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace bmu::command_line {
 
-/// In the language of man(7). `section` is the page's: 1 for programs, 8 for what an administrator runs. Files and
-/// other pages worth reading are not known here: whoever installs the page puts them behind it (docs/man).
+/// In the language of man(7). `section` is that of the page: 1 for programs, 8 for those of an administrator. Files and
+/// related pages are unknown here: the installation appends them (docs/man).
 [[nodiscard]] std::string manual_page(const CLI::App& app, int section);
 
 }  // namespace bmu::command_line

@@ -41,12 +41,12 @@ bool is_record(const json& record) {
          record["outputs"].is_object();
 }
 
-/// A name that ends at a NUL would open another chip than it says.
+/// A name with a NUL would open another chip than it shows.
 bool is_chip(std::string_view chip) {
   return chip.starts_with("/dev/") && is_printable_ascii(chip);
 }
 
-/// Two outputs on one line: which of them is open is not known.
+/// Two outputs on one line: it is unknown which of them is open.
 bool has_line_twice(const GpioConfig& gpio) {
   std::vector<std::uint32_t> lines;
   for (const std::optional<GpioLine>& line : gpio.outputs) {
@@ -56,7 +56,7 @@ bool has_line_twice(const GpioConfig& gpio) {
   return std::adjacent_find(lines.begin(), lines.end()) != lines.end();
 }
 
-/// An output that we do not know is one that we would not open.
+/// An unknown output makes the record invalid, because it could not be opened.
 std::optional<GpioConfig> gpio_of(const json& record) {
   if (!is_record(record)) return std::nullopt;
   GpioConfig gpio;
@@ -97,7 +97,7 @@ Result<std::optional<GpioConfig>, OsError> read_driven_lines(const std::string& 
   std::error_code error;
   const std::filesystem::file_type type = std::filesystem::status(path, error).type();
   if (type == std::filesystem::file_type::not_found) return std::optional<GpioConfig>{};
-  // A pipe would have us wait for a writer while contactors are closed.
+  // Opening a pipe would wait for a writer while contactors are closed.
   if (type != std::filesystem::file_type::regular) {
     return failure(OsError{error.value(), path + ": found no regular file, wanted one"});
   }
@@ -105,7 +105,7 @@ Result<std::optional<GpioConfig>, OsError> read_driven_lines(const std::string& 
   std::ifstream file(path);
   if (!file.is_open()) return failure(OsError{errno, "reading " + path});
   std::ostringstream text;
-  text << file.rdbuf();  // nothing, of what cannot be read
+  text << file.rdbuf();  // empty if it cannot be read
   const std::optional<GpioConfig> gpio = parse_driven_lines(text.str());
   if (!gpio) {
     return failure(OsError{0, path +

@@ -19,12 +19,11 @@ using detail::GpioWanted;
 
 namespace {
 
-constexpr const char* consumer = "bmud";  // what gpioinfo shows as the owner
+constexpr const char* consumer = "bmud";  // owner of the lines as shown by gpioinfo
 constexpr std::size_t edges_per_read = 32;
-// An IR155 has 100 edges a second at the most: room for 0.6 s in which nobody collects them. What is lost beyond is
-// told.
+// An IR155 has 100 edges a second at the most: room for 0.6 s without a read. A loss beyond that is detected.
 constexpr std::uint32_t pulse_edges_kept = 64;
-// More than the kernel's queue ever holds, so that a chattering line cannot keep us here.
+// More than the queue of the kernel ever holds: bounds the time spent on a chattering line.
 constexpr std::size_t edge_reads_max = GPIO_V2_LINES_MAX * 16 / edges_per_read;
 
 class KernelGpioSystem final : public GpioSystem {
@@ -58,9 +57,9 @@ class KernelGpioSystem final : public GpioSystem {
   static int checked(int result) { return result < 0 ? -errno : result; }
 };
 
-// --- which line is what ---------------------------------------------------------------------------------------------
+// --- roles of the lines ---------------------------------------------------------------------------------------------
 
-/// By number of the output; the watchdog is nobody's command.
+/// By number of the output; the watchdog is not commanded.
 constexpr std::array<bool ContactorOutputs::*, gpio_feedback_count> commanded{
     &ContactorOutputs::main_positive, &ContactorOutputs::main_negative, &ContactorOutputs::precharge,
     &ContactorOutputs::charge,        &ContactorOutputs::auxiliary,     &ContactorOutputs::fan,
@@ -75,7 +74,7 @@ constexpr std::uint64_t all_bits(std::size_t count) {
 static_assert(gpio_feedback_count + gpio_inputs_max < GPIO_V2_LINES_MAX);
 static_assert(gpio_debounce_times_max + 1 == GPIO_V2_LINE_NUM_ATTRS_MAX);
 
-/// The watchdog is the last: a chip that sets one line at a time has moved the contactors before its edge.
+/// The watchdog is the last: a chip that sets one line at a time has switched the contactors before its edge.
 static_assert(static_cast<std::size_t>(GpioOutput::watchdog) + 1 == gpio_output_count);
 std::vector<GpioOutput> outputs_of(const GpioConfig& config) {
   std::vector<GpioOutput> outputs;
@@ -130,7 +129,7 @@ void add_polarity(gpio_v2_line_config& config, std::span<const GpioWanted> lines
   attribute.mask = mask;
 }
 
-/// One attribute for each time; the lines that share it are in its mask.
+/// One attribute for each debounce time; the lines that share it are in its mask.
 void add_debounce(gpio_v2_line_config& config, std::span<const GpioWanted> lines) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto period_us = static_cast<std::uint32_t>(lines[i].debounce / 1us);
@@ -158,7 +157,7 @@ gpio_v2_line_request request_of(std::span<const GpioWanted> lines, std::uint64_t
   return request;
 }
 
-/// Levels are logical: 0 is open, whichever level of the wire that is, and is there before the line is an output.
+/// Levels are logical: 0 is open, whatever the level of the wire, and applies before the line becomes an output.
 gpio_v2_line_request output_request(std::span<const GpioWanted> lines) {
   gpio_v2_line_request request = request_of(lines, output_flags);
   gpio_v2_line_config_attribute& attribute = add_attribute(request.config, GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES);
@@ -182,13 +181,13 @@ gpio_v2_line_request edge_request(std::span<const GpioWanted> lines) {
 
 // --- the chip -------------------------------------------------------------------------------------------------------
 
-/// Text that somebody else wrote, of at most the array's size.
+/// Text of the kernel or of another program, of at most the size of the array.
 template <std::size_t Size>
 std::string text_of(const char (&text)[Size]) {
   return {text, strnlen(text, Size)};
 }
 
-/// Open while lines are being requested; the requests live on without it.
+/// Open while lines are being requested; the requests persist without it.
 class Chip {
  public:
   Chip(GpioSystem& system, std::string file) : system_(system), file_(std::move(file)), fd_(system) {}
@@ -223,7 +222,7 @@ class Chip {
   }
 
  private:
-  /// `refused` says what it is about a request that the kernel cannot do.
+  /// `refused` makes the error for a request that the kernel does not support.
   template <class Refused>
   [[nodiscard]] Result<GpioFd, OsError> request(std::span<const GpioWanted> lines, gpio_v2_line_request wanted,
                                                 Refused refused) {
@@ -244,7 +243,7 @@ class Chip {
     return {};
   }
 
-  /// The kernel says that something is busy, but not which line, nor by whom.
+  /// The kernel reports that a line is busy, but neither which one nor its owner.
   [[nodiscard]] std::optional<OsError> find_owner(std::span<const GpioWanted> lines, int code) {
     for (const GpioWanted& line : lines) {
       gpio_v2_line_info info{};
@@ -255,7 +254,7 @@ class Chip {
     return std::nullopt;
   }
 
-  /// The kernel does not say either what it is about a request that it cannot do: the same is tried with less.
+  /// Nor does the kernel report which part of a request it does not support: the request is repeated with less.
   [[nodiscard]] OsError find_refused_part(std::span<const GpioWanted> lines, int code) {
     const auto without_debounce = request_of(lines, edge_flags);
     const auto without_edges = request_of(lines, input_flags);
@@ -336,7 +335,7 @@ GpioLines::GpioLines(const GpioConfig& config, GpioSystem& system)
     read_lines_.push_back({.name = input.name, .at = input.at, .debounce = input.debounce});
     levels_.push_back({.name = {}, .feedback_of = {}, .kind = input.kind});
   }
-  // Only now: a vector that grows moves its texts.
+  // Only now, because a vector that grows moves its texts.
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     if (!levels_[i].feedback_of) levels_[i].name = read_lines_[i].name;
   }
@@ -344,7 +343,7 @@ GpioLines::GpioLines(const GpioConfig& config, GpioSystem& system)
 }
 
 GpioLines::~GpioLines() {
-  // A failure here has nobody left to hear it; the watchdog that stands still does the rest.
+  // A failure cannot be reported any more; the watchdog line that stands still makes the contactors open.
   if (output_fd_.is_open()) static_cast<void>(open_contactors());
 }
 
@@ -374,7 +373,7 @@ Result<void, OsError> GpioLines::open() {
   return {};
 }
 
-/// A line on which nothing happens has a level nevertheless.
+/// Also reads the level: a line without edges has one, too.
 Result<void, OsError> GpioLines::open_pulses(GpioFd request) {
   pulse_fd_ = std::move(request);
   gpio_v2_line_values level{.bits = 0, .mask = 1};
@@ -401,7 +400,7 @@ Result<void, OsError> GpioLines::drive(const ContactorOutputs& outputs) {
   return set_levels(state_ == GpioState::driving ? outputs : ContactorOutputs{});
 }
 
-/// The watchdog in a call of its own: the kernel sets the lines of one call in the order of their numbers.
+/// The watchdog is set in a call of its own: the kernel sets the lines of one call in the order of their numbers.
 Result<void, OsError> GpioLines::set_levels(const ContactorOutputs& outputs) {
   gpio_v2_line_values levels{.bits = 0, .mask = 0};
   gpio_v2_line_values watchdog{.bits = 0, .mask = 0};
@@ -421,7 +420,7 @@ Result<void, OsError> GpioLines::set_levels(const ContactorOutputs& outputs) {
   return {};
 }
 
-/// "all open", or what else is wanted of the outputs.
+/// "all open", or the outputs to be driven: the expected state in an error.
 std::string GpioLines::driven_text(const ContactorOutputs& outputs) const {
   std::string text;
   for (const GpioOutput output : outputs_) {
@@ -490,7 +489,7 @@ std::optional<ir155::Pwm> GpioLines::pulses(TimePoint now) {
 }
 
 void GpioLines::maintain() {
-  if (state_ == GpioState::failed) static_cast<void>(open());  // what it refused is in last_error()
+  if (state_ == GpioState::failed) static_cast<void>(open());  // the error is in last_error()
 }
 
 std::vector<std::string> GpioLines::names() const {
@@ -513,7 +512,7 @@ std::string GpioLines::last_error() const {
   return last_failure_.what.empty() ? "" : to_text(last_failure_);
 }
 
-/// Everything but the watchdog, which is to stand still.
+/// Opens all outputs; the watchdog line stands still.
 int GpioLines::open_contactors() {
   gpio_v2_line_values values{.bits = 0, .mask = 0};
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
@@ -543,7 +542,7 @@ std::vector<OsError> open_gpio_outputs(const GpioConfig& config, GpioSystem& sys
   Chip chip(system, config.chip);
   if (const auto opened = chip.open(); !opened) return {opened.error()};
   if (chip.request_outputs(lines)) return {};
-  // One that is busy must not keep the others closed.
+  // A busy line must not keep the others closed.
   std::vector<OsError> errors;
   for (const GpioWanted& line : lines) {
     const auto requested = chip.request_outputs({&line, 1});

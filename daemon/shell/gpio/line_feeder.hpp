@@ -1,7 +1,7 @@
-// Between GPIO lines and the core: levels become LineImages, outputs are driven, and what fails is one image, too.
+// Adapter between GPIO lines and the core: turns levels and failures into LineImages, and drives the outputs.
 //
-// A stop that was pressed and let go, or lines that failed and came back, between two decisions must reach the next of
-// them: what says "no" for a moment is kept in every image until decided().
+// A stop that was pressed and released, or lines that failed and came back, between two decisions must reach the next
+// of them: a momentary unsafe state is kept in every image until decided().
 #pragma once
 
 #include <optional>
@@ -12,22 +12,22 @@
 
 namespace bmu {
 
-/// What the levels say; stops and interlocks are counted in the order they come, each kind by itself.
+/// Image of the levels; stops and interlocks are numbered in their order, each kind by itself.
 [[nodiscard]] LineImage line_image(std::span<const GpioLevel> levels);
 
-/// The first with every "no" of the second: stops pressed, loops open, permissions missing, failed.
+/// `image` with every unsafe state of `doubts`: stops pressed, loops open, permissions missing, failed.
 [[nodiscard]] LineImage with_doubts(LineImage image, const LineImage& doubts);
 
 class LineFeeder {
  public:
   explicit LineFeeder(GpioLines& lines) : lines_(lines) {}
 
-  /// After an edge, and once a tick before the decision.
+  /// To be called after an edge, and once a tick before the decision.
   [[nodiscard]] LineImage look();
-  /// The decision has been made with the last image; the next doubts are new ones.
+  /// The decision has been made with the last image; unsafe states before it are dropped.
   void decided() { doubts_ = no_doubts; }
-  /// What was decided. An image: they could be driven so far and now could not, and that is to be observed. Lines that
-  /// go on failing are told by look().
+  /// Drives the outputs of a decision. Returns an image, to be observed, if they could be driven before and now cannot.
+  /// Lines that continue to fail are reported by look().
   [[nodiscard]] std::optional<LineImage> drive(const ContactorOutputs& outputs);
 
   [[nodiscard]] GpioLines& lines() const { return lines_; }

@@ -1,4 +1,4 @@
-// What there is to tell about a core at one instant: enough for every answer to "why", whether the core drives a pack
+// All that can be reported about a core at one instant: enough for every explanation, whether the core controls a pack
 // or follows a recording.
 #pragma once
 
@@ -14,7 +14,7 @@
 #include "daemon/core/core.hpp"
 #include "daemon/shell/json/json_text.hpp"
 
-/// In a tree, too, what is not known is null.
+/// In a tree, too, an unknown value is null.
 template <class T>
 struct nlohmann::adl_serializer<std::optional<T>> {
   static void to_json(ordered_json& tree, const std::optional<T>& value) {
@@ -26,16 +26,16 @@ namespace bmu {
 
 class LineFeeder;
 
-/// Keys stay in the order they are written: people read these lines too.
+/// Keys keep the order in which they are written: people read these lines too.
 using Json = nlohmann::ordered_json;
 
 struct CoreView {
   const Core& core;
   TimePoint now{};
-  const LineFeeder* lines = nullptr;  // names of the lines of this machine; none: there are none
+  const LineFeeder* lines = nullptr;  // names of the GPIO lines of this machine; null: it has none
 };
 
-/// How long ago, in whole milliseconds; nothing for "never".
+/// Time since `at`, in whole milliseconds; no value for "never".
 [[nodiscard]] inline std::optional<std::int64_t> ago_ms(const CoreView& view, TimePoint at) {
   return if_known(at != TimePoint{}, to_ms(view.now - at));
 }
@@ -57,7 +57,7 @@ struct CoreView {
           {"text", element_text(element, unit)}};
 }
 
-/// The same as a member, with the place in words of its own.
+/// The same as a member, with `text` for the place.
 inline void put_element(JsonText& to, std::string_view name, const Element& element, std::string_view text) {
   if (element == Element{}) return to.put(name, nullptr);
   to.object(name, [&] {

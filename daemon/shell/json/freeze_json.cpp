@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// What the fault's row read, where, and what it was held against.
+/// The reading of the fault's row, its place, and the threshold.
 void put_reason(JsonText& to, const FreezeFrame& frame, const FaultRow& row, std::string_view place) {
   to.put(key_with_unit("value", row.unit), frame.value);
   to.put("value_text", value_text(row.unit, frame.value));

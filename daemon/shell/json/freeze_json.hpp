@@ -1,4 +1,4 @@
-// The pack at the instant a fault was believed, as JSON: for the status socket and for the heads of black boxes.
+// The freeze frame of a fault as JSON: for the status socket and for the heads of black boxes.
 #pragma once
 
 #include <optional>
@@ -10,9 +10,9 @@
 
 namespace bmu {
 
-/// 0 is what a time is called that nobody has told.
+/// No value for 0, which stands for an unknown time.
 [[nodiscard]] std::optional<std::int64_t> time_or_nothing(std::int64_t unix_time_ms);
-/// Members; what was not known then is null. `place`: where the fault was, in the words of whoever asks.
+/// Writes the members; an unknown value is null. `place`: place of the fault, as the caller words it.
 void put_freeze(JsonText& to, const FreezeFrame& frame, const FaultRow& row, std::string_view place);
 
 }  // namespace bmu

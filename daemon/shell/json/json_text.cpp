@@ -14,7 +14,7 @@ std::string dumped(const nlohmann::ordered_json& tree) {
   return tree.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// By character: whether it stands in a JSON text as it is. A table, as this is asked of each.
+/// Whether a character stands in a JSON text unescaped. A table, because it is read for each character.
 constexpr std::array<bool, 256> plain_table = [] {
   std::array<bool, 256> is_plain{};
   for (std::size_t one = ' '; one < 0x80; ++one) is_plain.at(one) = one != '"' && one != '\\';
@@ -32,7 +32,8 @@ std::string_view number_text(Number value, std::array<char, 24>& room) {
 
 }  // namespace
 
-/// A text ends with a quote, a number and a word with other characters: so the last one tells what comes before.
+/// Writes a comma where needed. A text ends with a quote, a number and a word with other characters, so the last
+/// character shows which of them precedes.
 void JsonText::separate() {
   if (text_.empty()) return;
   const char last = text_.back();
@@ -50,7 +51,7 @@ void JsonText::key(std::string_view name) {
   text_.push_back(':');
 }
 
-/// Few texts need escaping, and for these the library's own is good enough, which knows all of UTF-8.
+/// Few texts need escaping, and for these the function of the library, which handles all of UTF-8, is fast enough.
 void JsonText::quote(std::string_view text) {
   if (!is_plain(text)) {
     text_ += dumped(text);

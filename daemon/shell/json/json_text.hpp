@@ -1,4 +1,4 @@
-// JSON written straight into one text, for answers that are long and often asked for.
+// JSON written straight into one text, for replies that are long and often requested.
 //
 //   JsonText to;
 //   to.object([&] {
@@ -8,12 +8,12 @@
 //   });
 //   to.take()  ->  {"node":3,"current_mA":null,"ages_ms":[5]}
 //
-// What is in an object has a name: put(), object(name, ...), array(name, ...), raw(). What is in an array has none:
-// add(), object(...), array(...). Commas come by themselves. Nothing is checked: who puts a key twice has it twice.
-// Texts are escaped as a tree's dump() does it, and bytes that are no UTF-8 become U+FFFD: an answer always is UTF-8.
+// A member of an object has a name: put(), object(name, ...), array(name, ...), raw(). An element of an array has none:
+// add(), object(...), array(...). Commas are added automatically. Nothing is checked: a key that is put twice is there
+// twice. Texts are escaped as by a tree's dump(), and bytes that are not UTF-8 become U+FFFD: a reply always is UTF-8.
 //
-// Cost: about that of copying the bytes. Memory is asked for only as the whole text grows, where a tree asks for each
-// member of each object. Answers are made by the control loop, which decides nothing meanwhile.
+// Cost: about that of copying the bytes. Memory is allocated only as the whole text grows, where a tree allocates for
+// each member of each object. Replies are made by the control loop, which decides nothing meanwhile.
 #pragma once
 
 #include <concepts>
@@ -28,7 +28,7 @@
 
 namespace bmu {
 
-/// What is not known is null.
+/// `value`, or no value (null) if it is unknown.
 template <class T>
 [[nodiscard]] std::optional<T> if_known(bool is_known, T value) {
   return is_known ? std::optional<T>(std::move(value)) : std::nullopt;
@@ -61,7 +61,7 @@ class JsonText {
     array(std::forward<AddElements>(add_elements));
   }
 
-  /// A truth, a whole number, a text, nothing (null), a value that may be nothing, or a tree.
+  /// A boolean, a whole number, a text, nullptr (null), an optional value, or a tree.
   template <class T>
   void put(std::string_view name, const T& value) {
     key(name);
@@ -84,7 +84,7 @@ class JsonText {
   void add(const std::optional<T>& value) {
     value ? add(*value) : add(nullptr);
   }
-  /// What is made of a tree costs as before.
+  /// A tree has the cost of its dump().
   template <std::same_as<nlohmann::ordered_json> T>
   void add(const T& tree) {
     add_tree(tree);

@@ -36,7 +36,7 @@ static_assert(std::size(contact_table) == contactor_id_count);
 struct InputRow {
   std::string_view name;
   bool PduState::*is_on;
-  bool LinesConfig::*is_on_line = nullptr;  // none: only the unit has it
+  bool LinesConfig::*is_on_line = nullptr;  // null: only the PDU has it
 };
 constexpr InputRow switch_table[] = {
     {"vehicle_on", &PduState::vehicle_on, &LinesConfig::has_vehicle_on},
@@ -49,7 +49,7 @@ constexpr InputRow switch_table[] = {
     {"supply_ok", &PduState::supply_ok, &LinesConfig::has_supply_ok},
 };
 
-/// Which bits are set, counted from 1.
+/// Numbers of the bits that are set, counted from 1.
 void put_numbers(JsonText& to, std::string_view name, bool is_known, unsigned bits) {
   if (!is_known) return to.put(name, nullptr);
   to.array(name, [&] {

@@ -9,7 +9,7 @@ namespace bmu {
 
 namespace {
 
-/// Who may see the pack's data is decided by the folder; nobody else ever writes.
+/// The folder decides which users may see the data of the pack; no other process writes the file.
 constexpr int file_mode = 0640;
 
 OsError os_error(std::string_view step, const std::string& path) {
@@ -30,7 +30,7 @@ Result<AppendFile, OsError> AppendFile::create(std::string path) {
   OwnedFd fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, file_mode));
   if (!fd.is_open()) return failure(os_error("make", path));
   if (auto synced = sync_folder_of(path); !synced) {
-    ::unlink(path.c_str());  // it would be taken for a file that has something in it
+    ::unlink(path.c_str());  // an empty file would be taken for a recording
     return failure(synced.error());
   }
   return AppendFile(std::move(path), std::move(fd));
@@ -43,7 +43,7 @@ Result<void, OsError> AppendFile::append(std::string_view bytes) {
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       const OsError error = os_error("write", path_);
-      // Half a piece is of no use. If it cannot be cut off either, readers find a torn end, as after a loss of power.
+      // An incomplete piece is of no use. If it cannot be cut off, readers find a torn end, as after a loss of power.
       static_cast<void>(::ftruncate(fd_.get(), static_cast<off_t>(size_bytes_)) == 0);
       return failure(error);
     }

@@ -1,9 +1,9 @@
-// A file that only grows: what has been written stays readable if the power goes in the middle of the next piece.
+// A file that only grows: the pieces written so far stay readable if the power fails during the next piece.
 //
 //   auto file = AppendFile::create("/var/lib/bmud/recordings/20260101T000000Z.log.zst");
 //   file->append(bytes);  file->sync();
 //
-// Everything here waits for the disk. Not for the control loop's thread.
+// All functions wait for the disk. Not for the thread of the control loop.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ namespace bmu {
 
 class AppendFile {
  public:
-  /// A new file, with its name in its folder for good; one of that name is an error, never overwritten.
+  /// Creates a file, and syncs its entry in the folder; an existing one is an error, never overwritten.
   [[nodiscard]] static Result<AppendFile, OsError> create(std::string path);
 
-  /// All of it, or the error; then the file ends as it did before, if the system lets it.
+  /// Appends all bytes, or returns the error; then the file ends as before, if the system permits.
   [[nodiscard]] Result<void, OsError> append(std::string_view bytes);
-  /// On the disk when this returns.
+  /// The data is on the disk when this returns.
   [[nodiscard]] Result<void, OsError> sync();
 
   [[nodiscard]] const std::string& path() const { return path_; }

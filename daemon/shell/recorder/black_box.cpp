@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// In the names of those that go first.
+/// In the names of the files that are removed first.
 constexpr std::string_view routine_word = "-routine-";
 
 std::uint64_t size_of(const std::vector<std::shared_ptr<const std::string>>& pieces) {
@@ -27,7 +27,7 @@ void BlackBox::add(const RecordFrame& frame) {
   file.is_whole = frame.until >= file.until;
 }
 
-/// Only whole parts: what is left has to begin with one.
+/// Drops whole parts only: the remaining memory has to start with one.
 void BlackBox::forget_old() {
   const auto begins = [](const RecordFrame& frame) { return frame.begins_part; };
   while (true) {
@@ -43,7 +43,7 @@ void BlackBox::forget_old() {
 void BlackBox::trigger(BlackBoxCause cause) {
   if (!open_.empty() && !open_.back().is_whole) {
     File& file = open_.back();
-    // What is no routine gets a file of its own, which is not among the first to go.
+    // A cause that is not routine gets a file of its own, which is not among the first to be removed.
     const bool has_to_end = (file.cause.is_routine && !cause.is_routine) || cause.at - file.cause.at > options_.longest;
     if (!has_to_end) {
       file.until = cause.at + options_.after;

@@ -1,13 +1,14 @@
-// The last minutes in memory, and files of what was around an opening or a fault that latches.
+// The last minutes in memory, and files of the time around an opening or a fault that latches.
 //
-//   add(frame) ...            the oldest parts go when the younger ones reach back far enough
-//   trigger(why, words)       a file is begun: the words, then all that is in memory, on the disk when this returns
-//   add(frame) ...            appended to it too, until `after` is over; then it is whole
+//   add(frame) ...    the oldest parts are dropped when the younger ones reach back far enough
+//   trigger(cause)    starts a file: the head of the cause, then all that is in memory
+//   add(frame) ...    appended to it too, until `after` is over; then the file is complete
+//   write()           brings all of it to the disk
 //
-// What a full or broken disk did not take is kept and tried again, for the last few files. Between two pieces the file
-// is readable up to where it was, so a loss of power costs what was not yet written.
+// Data that a full or broken disk did not accept is kept and retried, for the last few files. Between two pieces the
+// file is readable up to its end, so a loss of power costs only the pieces that were not yet written.
 //
-// The recorder's thread calls it; it waits for the disk.
+// Called by the thread of the recorder; waits for the disk.
 #pragma once
 
 #include <cstdint>
@@ -24,20 +25,20 @@ namespace bmu {
 
 struct BlackBoxOptions {
   std::string folder;
-  Duration before = 120s;  // at least so much is in memory, once we run for so long
+  Duration before = 120s;  // minimum length in memory, once the daemon has run for that long
   Duration after = 10s;
-  Duration longest = 60s;  // what comes later than this after the first cause begins a file of its own
-  std::size_t memory_max_bytes = std::size_t{64} << 20;  // goes before `before`: a flooded bus must not eat the machine
+  Duration longest = 60s;  // a trigger later than this after the first one starts a new file
+  std::size_t memory_max_bytes = std::size_t{64} << 20;  // overrides `before`: a flooded bus must not exhaust the RAM
   KeptFilesLimits limits{.count_max = 50, .total_bytes = std::uint64_t{200} << 20};
 };
 
-/// What a file is begun for.
+/// Reason to start a file.
 struct BlackBoxCause {
   TimePoint at{};
   std::int64_t unix_time_us = 0;
   std::string word;                         // in the file's name: "fault-cell-undervoltage", "opened-request-over"
-  bool is_routine = false;                  // as the end of a drive: its file is the first to go
-  std::shared_ptr<const std::string> head;  // a zstd frame of the lines that say why
+  bool is_routine = false;                  // e.g. the end of a drive: its file is among the first to be removed
+  std::shared_ptr<const std::string> head;  // a zstd frame of the lines with the reason
 };
 
 class BlackBox {
@@ -47,26 +48,27 @@ class BlackBox {
   explicit BlackBox(BlackBoxOptions options) : options_(std::move(options)), files_(options_.folder, "blackbox") {}
 
   void add(const RecordFrame& frame);
-  /// While a file is open for an earlier cause, that file goes on for longer instead.
+  /// While a file is open for an earlier cause, extends that file instead, up to `longest`; a routine file is extended
+  /// by routine causes only.
   void trigger(BlackBoxCause cause);
-  /// Writes what can be written, and again what could not be. Not more often than the disk should be tried.
+  /// Writes all pending data, also that of failed attempts. To be called as often as the disk should be tried, at most.
   void write();
-  /// No more comes: what is open is whole as it is, and written if it can be.
+  /// No more frames follow: the open file is complete as it is, and is written if possible.
   void end();
-  /// Nothing is tried any more: what still waits is lost, and counted.
+  /// Ends all attempts: pending files are lost, and counted.
   void give_up();
 
   [[nodiscard]] bool is_waiting() const;
   [[nodiscard]] std::uint64_t files_written() const { return files_written_; }
   [[nodiscard]] std::uint64_t files_lost() const { return files_lost_; }
-  /// How often a disk did not take what it was to.
+  /// Number of failed attempts to write.
   [[nodiscard]] std::uint64_t tries_failed() const { return tries_failed_; }
-  /// "" before the first.
+  /// "" before the first file.
   [[nodiscard]] const std::string& last_path() const { return last_path_; }
-  /// Of the last try; "" if all is well.
+  /// Of the last attempt; "" if it succeeded.
   [[nodiscard]] const std::string& last_error() const { return last_error_; }
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_; }
-  /// How far the memory reaches back.
+  /// Time span of the memory.
   [[nodiscard]] Duration memory_length() const;
 
  private:
@@ -74,7 +76,7 @@ class BlackBox {
     BlackBoxCause cause;
     TimePoint until{};
     std::vector<std::shared_ptr<const std::string>> pieces{};
-    std::size_t written = 0;  // of the pieces
+    std::size_t written = 0;  // number of pieces
     std::optional<AppendFile> file{};
     bool is_synced = true;
     bool is_whole = false;

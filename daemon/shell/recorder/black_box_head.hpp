@@ -1,4 +1,4 @@
-// The lines that a black box begins with: what happened, when, and the pack at that instant.
+// Head of a black box: the event, its time, and the pack at that instant.
 //
 //   # black-box opened: the pack is open now, because of ...
 //   # black-box-at (1700000000.123456)
@@ -15,7 +15,7 @@ namespace bmu {
 [[nodiscard]] std::string black_box_head(const RecordTrigger& trigger);
 /// For the file's name: "fault-cell-undervoltage", "opened-request-over".
 [[nodiscard]] std::string black_box_word(const RecordTrigger& trigger);
-/// An opening that belongs to every drive.
+/// An opening that is part of every drive.
 [[nodiscard]] bool is_routine(const RecordTrigger& trigger);
 
 }  // namespace bmu

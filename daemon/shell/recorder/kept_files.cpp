@@ -18,10 +18,10 @@ namespace bmu {
 namespace {
 
 constexpr std::string_view suffix = ".log.zst";
-/// Of one millisecond; more are no accident.
+/// Maximum number of files of one millisecond; more are no coincidence.
 constexpr int names_max = 99;
 constexpr std::string_view after = "-after-";
-/// Of "20261122T231500.123Z".
+/// Length of "20261122T231500.123Z".
 constexpr std::size_t utc_size = 20;
 
 std::string utc_text(std::int64_t unix_time_us) {
@@ -35,7 +35,7 @@ std::string utc_text(std::int64_t unix_time_us) {
   return std::string(date.data(), length) + fraction.data();
 }
 
-/// As utc_text() makes it.
+/// Whether the text has the form of utc_text().
 bool is_utc_text(std::string_view text) {
   constexpr std::string_view form = "ddddddddTdddddd.dddZ";
   return std::equal(text.begin(), text.end(), form.begin(), form.end(), [](char letter, char wanted) {
@@ -43,17 +43,17 @@ bool is_utc_text(std::string_view text) {
   });
 }
 
-/// Where a file is among the others, the oldest first.
+/// Order of a file among the others, the oldest first.
 struct Place {
-  std::string_view time{};   // its own, or that of the file which it comes after; "" in no name of ours
-  std::uint64_t number = 0;  // of those that come after it; 0: the time is its own
+  std::string_view time{};   // its own, or that of the file which it follows; "": the name has another form
+  std::uint64_t number = 0;  // count of files after that one; 0: the time is its own
 
   friend bool operator<(const Place& one, const Place& other) {
     return std::pair(one.time, one.number) < std::pair(other.time, other.number);
   }
 };
 
-/// `stem`: what is behind the prefix in a name.
+/// `stem`: the name without the prefix.
 Place place_of(std::string_view stem) {
   const std::string_view own = stem.substr(0, utc_size);
   if (!is_utc_text(own)) return {};
@@ -88,7 +88,7 @@ Result<AppendFile, OsError> KeptFiles::create(std::int64_t unix_time_us, std::st
   std::string times = utc_text(std::max<std::int64_t>(unix_time_us, 0));
   const std::string newest = files->empty() ? "" : files->back().name;
   const Place before = place_of(std::string_view(newest).substr(newest.empty() ? 0 : prefix_.size() + 1));
-  // Of a time that is the newest's own, names are numbered.
+  // Files with the same time as the newest one are numbered instead.
   if (Place{.time = times} < before) {
     times += std::string(after) + std::string(before.time) + "-" + std::to_string(before.number + 1);
   }
@@ -108,7 +108,7 @@ Result<std::vector<KeptFile>, OsError> KeptFiles::list() const {
   for (std::filesystem::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
     const bool is_ours = name.starts_with(beginning) && name.ends_with(suffix);
-    std::error_code is_gone;  // between our reading the folder and now
+    std::error_code is_gone;  // removed since the folder was read
     if (!is_ours || !at->is_regular_file(is_gone)) continue;
     const std::uintmax_t size = at->file_size(is_gone);
     if (!is_gone) files.push_back({.name = name, .size_bytes = size});
@@ -133,7 +133,7 @@ Result<void, OsError> KeptFiles::make_room(const KeptFilesLimits& limits, std::u
   std::stable_partition(files->begin(), files->end(), [&](const KeptFile& file) {
     return !first.empty() && file.name.find(first) != std::string::npos;
   });
-  // The newest stays, and counts; so does the one that is to come.
+  // The newest file stays, and counts; so does the one that will be created.
   std::size_t count = files->size() + 2;
   std::uint64_t total = newest_bytes + room_bytes;
   for (const KeptFile& file : *files) total += file.size_bytes;

@@ -8,7 +8,7 @@ namespace bmu {
 
 namespace {
 
-// How long the end may wait for a disk.
+// Maximum waits for a disk at the end.
 constexpr Duration history_flush_max = 200ms;
 constexpr Duration recorder_end_max = 500ms;
 constexpr std::int64_t bytes_per_MB = 1'000'000;

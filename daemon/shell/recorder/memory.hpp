@@ -1,8 +1,8 @@
-// What the daemon remembers of what it did, besides its state: the history of minutes, the black box, the recording.
-// Each has a thread of its own, and hears of the loop as its taps.
+// Data logging of the daemon, besides its state: the history of minutes, the black box, the recording. Each has a
+// thread of its own, and receives observations and decisions as a tap of the loop.
 //
 //   auto memory = Memory::open({...}, pack, core, journal);
-//   LoopParts{..., .taps = memory->taps(), .each_second = {[&] { memory->tell(); }}}
+//   LoopParts{..., .taps = memory->taps(), .each_second = {...}}    // each second: log of the changes
 //   ... the loop runs ...
 //   memory->end();
 #pragma once
@@ -19,7 +19,7 @@
 
 namespace bmu {
 
-/// Empty: none of it.
+/// Empty path or folder: not used.
 struct MemoryOptions {
   std::string history_path;
   std::string black_box_folder;
@@ -30,10 +30,11 @@ struct MemoryOptions {
 
 class Memory {
  public:
-  /// What open() would refuse, for who can still do something else: the folders that are wanted are there then.
+  /// Creates the required folders: the errors of open(), for a caller that still has an alternative.
   [[nodiscard]] static Result<void, OsError> make_folders(const MemoryOptions& options);
-  /// Begins with the core as it is: before it is told anything. Threads start here, so after prepare_signals(), whose
-  /// mask they inherit. Core and journal outlive it. The error: a folder that is wanted cannot be made.
+  /// Starts with the core as it is: before its first observation. Precondition: prepare_signals(), because the threads
+  /// that start here inherit its mask. Core and journal must outlive it. The error: a required folder cannot be
+  /// created.
   [[nodiscard]] static Result<std::unique_ptr<Memory>, OsError> open(const MemoryOptions& options,
                                                                      const PackConfig& pack, const Core& core,
                                                                      Journal& journal);
@@ -42,9 +43,9 @@ class Memory {
   ~Memory() = default;
 
   [[nodiscard]] std::vector<CoreTap*> taps();
-  /// What has changed, into the log. Never waits.
+  /// Logs the changes of the recorder's state. Never waits.
   void tell();
-  /// After the loop: what is left is written, as far as a disk takes it soon.
+  /// After the loop: writes the remaining data, in 500 ms (recorder) and 200 ms (history) at most.
   void end();
 
   [[nodiscard]] const HistoryStore& history() const { return history_; }

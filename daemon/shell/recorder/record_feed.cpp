@@ -8,7 +8,7 @@ namespace bmu {
 
 namespace {
 
-/// As far as the wall clock may be from what the recording's times say before they follow it.
+/// Maximum difference between the wall clock and the times of the recording; beyond it they are set to the clock.
 constexpr std::int64_t clock_step_us = 1'000'000;
 
 }  // namespace
@@ -25,7 +25,7 @@ void RecordFeed::begin(TimePoint now) {
 }
 
 bool RecordFeed::begin_part(TimePoint now) {
-  // First the core: while there is none the lines go on in the part that is there, in chunks of the usual length.
+  // The core first: without a spare one the lines continue in the current part, in chunks of the usual length.
   if (spare_ == nullptr) spare_ = queue_.spare_core();
   if (spare_ == nullptr || (!chunk_.is_empty() && !hand_over())) return false;
   *spare_ = core_;
@@ -41,7 +41,7 @@ bool RecordFeed::begin_part(TimePoint now) {
 }
 
 void RecordFeed::observed(const Observation& observation) {
-  // Here, since all that was recorded has been taken in and decided on, and nothing of this observation has.
+  // Here, because the core has handled and decided on all that was recorded, and on nothing of this observation.
   if (is_part_due_) is_part_due_ = !begin_part(observation.at);
   if (has_lost_ || chunk_.text.size() > options_.chunk_max_bytes) {
     has_lost_ = is_part_due_ = true;
@@ -103,7 +103,7 @@ void RecordFeed::look_for_trigger(TimePoint at, const Decisions& decisions) {
   bool has_one = false;
   for (const Event& event : decisions.events) {
     if (!is_worth_keeping(event)) continue;
-    // The first of a decision says why; what else comes with it stands in the lines.
+    // The first event of a decision is the reason; the others are in the lines.
     if (!std::exchange(has_one, true)) keep(event, at);
     const bool is_shown = event.id == EventId::fault_confirmed && triggers_lost_ == lost_before;
     if (is_shown) shown_at_[static_cast<std::size_t>(event.fault)] = event.at;

@@ -1,9 +1,9 @@
-// The recorder's ear in the control loop: turns what the core is told and decides into the lines of a recording, sees
-// what is worth a black box, and hands both to the recorder's thread about once a second.
+// The recording tap in the control loop: turns observations and decisions of the core into the lines of a recording,
+// detects the triggers of a black box, and hands both to the recorder's thread about once a second.
 //
-// A recording is made of parts, each of which begins with all that the core knows and can be run again without the
-// others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for long.
-// What is worth a black box is not lost with them: it waits, and is handed over with what is left.
+// A recording consists of parts, each of which begins with the complete state of the core and can be replayed without
+// the others. A part begins at start, then every 30 s, and where lines were lost because the thread was held up for
+// long. Triggers are not lost with them: they wait, and are handed over with the remaining lines.
 //
 // Cost for the loop: some 0.1 us a frame, 0.3 us a tick, and once a part the copy of a core, 50 us
 // (docs/performance.md). It neither waits nor, once its strings have grown, allocates.
@@ -23,27 +23,27 @@ struct RecordFeedOptions {
   RecordBuses buses;
   Duration part_length = 30s;
   Duration chunk_length = 1s;
-  std::size_t chunk_max_bytes = std::size_t{1} << 20;  // what comes beyond, while the thread takes nothing, is lost
-  /// A fault that comes again within this has been shown already. An opening always is worth it.
+  std::size_t chunk_max_bytes = std::size_t{1} << 20;  // more is lost while the thread takes nothing
+  /// A fault that recurs within this time is no trigger. An opening always is one.
   Duration again_after = 600s;
-  /// Microseconds since 1970 at a time of the core's, which may be a while ago.
+  /// Microseconds since 1970 at a time of the core, which may be in the past.
   std::function<std::int64_t(TimePoint)> wall_clock;
 };
 
 class RecordFeed : public CoreTap {
  public:
-  /// Both must outlive this. begin() comes before the first observation of the core's life that is to be recorded.
+  /// Core and queue must outlive this object. begin() precedes the first observation to be recorded.
   RecordFeed(RecordFeedOptions options, const Core& core, RecordQueue& queue);
 
   void begin(TimePoint now);
   void observed(const Observation& observation) override;
   void decided(TimePoint at, const Decisions& decisions) override;
-  /// What is left is handed over, at most so late: at the end of the loop. False: it was not, and is counted.
+  /// At the end of the loop: hands over the remaining lines, within `at_most`. False: they are lost, and counted.
   [[nodiscard]] bool end(Duration at_most);
 
-  /// Observations and decisions that no recording has, since start.
+  /// Observations and decisions that are in no recording, since start.
   [[nodiscard]] std::uint64_t pieces_lost() const { return pieces_lost_; }
-  /// Openings and latched faults that no black box tells of.
+  /// Openings and latched faults that are in no black box.
   [[nodiscard]] std::uint64_t triggers_lost() const { return triggers_lost_; }
 
  private:
@@ -62,10 +62,10 @@ class RecordFeed : public CoreTap {
   std::unique_ptr<Core> spare_;  // for the next part
   std::array<TimePoint, fault_count> shown_at_{};
   TimePoint part_began_at_{};
-  std::uint64_t part_ = 0;  // where lines were lost a number is left out
+  std::uint64_t part_ = 0;  // a number is skipped where lines were lost
   bool is_part_due_ = true;
-  bool has_lost_ = true;              // nothing is written before a part has begun
-  std::uint64_t pieces_waiting_ = 0;  // in the chunk
+  bool has_lost_ = true;              // nothing is recorded before a part has started
+  std::uint64_t pieces_waiting_ = 0;  // count in the chunk
   std::atomic<std::uint64_t> pieces_lost_ = 0;
   std::atomic<std::uint64_t> triggers_lost_ = 0;
 };

@@ -47,7 +47,7 @@ void RecordFiles::add(const RecordFrame& frame) {
 void RecordFiles::write() {
   while (!waiting_.empty()) {
     const RecordFrame frame = waiting_.front();
-    if (!file_ && !frame.begins_part) {  // nobody could run it
+    if (!file_ && !frame.begins_part) {  // cannot be replayed
       lose_first();
       continue;
     }
@@ -59,7 +59,7 @@ void RecordFiles::write() {
     waiting_.pop_front();
     last_error_.clear();
     if (auto synced = sync(frame); !synced) {
-      // Nobody knows what of it is on the disk; what comes next may be.
+      // It is unknown how much of the file is on the disk; the following frames may get there.
       last_error_ = to_text(synced.error());
       ++frames_lost_;
       close_file();
@@ -79,7 +79,7 @@ void RecordFiles::lose_first() {
   waiting_.pop_front();
 }
 
-/// Up to the part that begins next, which is as far as what is left can be run.
+/// Up to the start of the next part, from which the remaining frames can be replayed.
 void RecordFiles::forget_old() {
   const auto is_too_much = [this] {
     return waiting_.back().until - waiting_.front().from > options_.wait_max ||

@@ -1,10 +1,10 @@
-// A recording at full length on the disk: files of a size that can be carried about, the oldest of which go.
+// A recording at full length on the disk: files of a manageable size, the oldest of which are removed.
 //
-// A file begins with a part, so each can be run again without the others. What a disk does not take waits and is tried
-// again; after a minute of that the oldest parts are lost, and counted, and what comes behind them begins another file,
-// so that no file has a hole.
+// A file begins with a part, so each can be replayed without the others. Data that a disk does not accept waits and is
+// retried; after a minute of that the oldest parts are lost, and counted, and the following ones go to another file, so
+// that no file has a gap.
 //
-// The recorder's thread calls it; it waits for the disk.
+// Called by the thread of the recorder; waits for the disk.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +21,12 @@ namespace bmu {
 
 struct RecordFilesOptions {
   std::string folder;
-  std::uint64_t file_bytes = std::uint64_t{16} << 20;  // the next part after this begins a new file
-  std::uint64_t total_bytes = std::uint64_t{1} << 30;  // of all files; the oldest go
-  Duration sync_every = 8s;  // with a second's frame before and one on its way, what a loss of power may cost: 10 s
+  std::uint64_t file_bytes = std::uint64_t{16} << 20;  // the next part after this starts a new file
+  std::uint64_t total_bytes = std::uint64_t{1} << 30;  // of all files; the oldest are removed
+  Duration sync_every = 8s;  // with the second of the frame before and of one on its way, a loss of power costs 10 s
   Duration retry = 5s;
-  Duration wait_max = 60s;                             // so much waits for a disk
-  std::size_t wait_max_bytes = std::size_t{64} << 20;  // and no more than that
+  Duration wait_max = 60s;                             // maximum time span that waits for a disk
+  std::size_t wait_max_bytes = std::size_t{64} << 20;  // and its maximum size
 };
 
 class RecordFiles {
@@ -34,16 +34,16 @@ class RecordFiles {
   explicit RecordFiles(RecordFilesOptions options) : options_(std::move(options)), files_(options_.folder, "drive") {}
 
   void add(const RecordFrame& frame);
-  /// Writes what waits, as far as the disk takes it.
+  /// Writes the waiting frames, as far as the disk accepts them.
   void write();
-  /// What still waits is lost, and counted.
+  /// Frames that still wait after a last attempt are lost, and counted.
   void end();
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
 
-  /// "" while there is none.
+  /// "" without an open file.
   [[nodiscard]] std::string path() const { return file_ ? file_->path() : ""; }
   [[nodiscard]] std::uint64_t bytes_written() const { return bytes_written_; }
-  /// Frames that no file has, for the disk's sake.
+  /// Frames that are in no file, because of the disk.
   [[nodiscard]] std::uint64_t frames_lost() const { return frames_lost_; }
   [[nodiscard]] const std::string& last_error() const { return last_error_; }
 

@@ -1,4 +1,4 @@
-// A second of a recording, compressed: what the memory of the black box and the files of the recorder are made of.
+// One second of a recording, compressed: the unit of the black box memory and of the files of the recorder.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace bmu {
 
 struct RecordFrame {
   std::shared_ptr<const std::string> bytes;  // a whole zstd frame
-  bool begins_part = false;                  // with all that the core knows; nothing before is needed
+  bool begins_part = false;                  // with the complete state of the core; no earlier frame is needed
   TimePoint from{};
   TimePoint until{};
   std::int64_t unix_time_us = 0;  // at `from`

@@ -46,14 +46,14 @@ bool RecordQueue::take(RecordChunk& chunk, Duration at_most) {
   if (count_ == 0) return false;
   chunk.clear();
   std::swap(ring_[first_], chunk);
-  // The thread's memory of before is for the chunk that comes next. So the same few blocks go round, and the loop does
-  // not ask the system for one with each of all places.
+  // The next chunk gets the previous buffer of the thread. So the same few buffers circulate, and the loop does not
+  // allocate one for each place of the ring.
   std::string& next = ring_[(first_ + count_) % chunks_max].text;
   if (ring_[first_].text.capacity() > next.capacity()) ring_[first_].text.swap(next);
   first_ = (first_ + 1) % chunks_max;
   --count_;
   waiting_bytes_ -= chunk.text.size();
-  changed_.notify_all();  // who waits for room
+  changed_.notify_all();  // for a producer that waits for room
   return true;
 }
 

@@ -1,7 +1,8 @@
-// From the control loop to the recorder's thread: text in chunks, handed over without waiting and without allocation.
+// Queue from the control loop to the recorder's thread: text in chunks, handed over without wait or allocation.
 //
-// A ring of chunks whose strings keep their room: the loop swaps a full one for an empty one, the thread likewise. The
-// thread holds the lock for the length of a swap; should the loop meet it there, it offers again with its next tick.
+// A ring of chunks, of which the strings keep their capacity: the loop swaps a full one for an empty one, and so does
+// the thread. The thread holds the mutex for the length of a swap; a loop that finds it locked offers again with its
+// next tick.
 #pragma once
 
 #include <array>
@@ -18,7 +19,7 @@
 
 namespace bmu {
 
-/// Why the seconds around it are worth keeping.
+/// Reason to keep the seconds around it.
 struct RecordTrigger {
   TimePoint at;
   std::int64_t unix_time_us = 0;
@@ -26,18 +27,18 @@ struct RecordTrigger {
   std::optional<FreezeFrame> freeze;  // of the fault
 };
 
-/// As many as wait while nothing can be handed over; what comes beyond is counted.
+/// Maximum number that waits while nothing can be handed over; further ones are counted.
 inline constexpr std::size_t record_triggers_max = 8;
 
 struct RecordChunk {
   std::string text;            // whole lines
-  std::unique_ptr<Core> core;  // begins a part: all that the core knew before these lines
-  std::uint64_t part = 0;      // its number; one is left out where lines were lost before it
-  RecordClock clock;           // as it was at the beginning
+  std::unique_ptr<Core> core;  // starts a part: the state before these lines
+  std::uint64_t part = 0;      // its number; one is skipped where lines were lost before it
+  RecordClock clock;           // at the start of the chunk
   std::int64_t unix_time_us = 0;
   TimePoint from{};
   TimePoint until{};
-  FixedVector<RecordTrigger, record_triggers_max> triggers;  // the last of them at the lines' end, or after it
+  FixedVector<RecordTrigger, record_triggers_max> triggers;  // the last of them at the end of the lines, or after it
 
   [[nodiscard]] bool is_empty() const { return text.empty() && triggers.empty(); }
   void clear();
@@ -48,17 +49,17 @@ class RecordQueue {
   static constexpr std::size_t chunks_max = 64;
   static constexpr std::size_t waiting_max_bytes = std::size_t{32} << 20;
 
-  /// At start: so much for each of the first texts, so that the loop need not wait for memory then.
+  /// At start: reserves this much for each of the first texts, so that the loop need not wait for memory then.
   void make_room(std::size_t text_bytes);
-  /// The loop's. Takes the chunk and leaves an empty one; false: there is no room, or the thread is just there.
+  /// For the loop. Takes the chunk and leaves an empty one; false: there is no room, or the thread holds the mutex.
   [[nodiscard]] bool offer(RecordChunk& chunk);
-  /// At the end, when nobody has to hurry any more: waits for room, at most so long.
+  /// For the end, when nothing is urgent any more: waits for room, at most `at_most`.
   [[nodiscard]] bool offer(RecordChunk& chunk, Duration at_most);
-  /// The loop's. A core to copy ours into; none while the last one is still being written, or the thread is just there.
+  /// For the loop. A core to copy the running one into; null while the last one is being written, or the mutex is held.
   [[nodiscard]] std::unique_ptr<Core> spare_core();
-  /// The thread's. Waits for a chunk, at most so long; false: there is none. Once end() was called it does not wait.
+  /// For the thread. Waits for a chunk, at most `at_most`; false: there is none. After end() it does not wait.
   [[nodiscard]] bool take(RecordChunk& chunk, Duration at_most);
-  /// The thread's, and at start: the core may be used again.
+  /// For the thread, and at start: the core may be used again.
   void give_back(std::unique_ptr<Core> core);
   /// No more chunks come.
   void end();
@@ -68,7 +69,7 @@ class RecordQueue {
   [[nodiscard]] bool has_room() const { return count_ < chunks_max && waiting_bytes_ <= waiting_max_bytes; }
   void put(RecordChunk& chunk);
 
-  // As many as there are until the first that the thread has written comes back.
+  // Number of texts in use until the thread returns the first one that it has written.
   static constexpr std::size_t rooms_at_start = 2;
 
   mutable std::mutex mutex_;

@@ -23,7 +23,7 @@ namespace {
 
 constexpr Duration look_every = 1s;
 
-/// What the wall clock would have said at a time of the core's, had nobody set it since.
+/// Wall clock at a time of the core, provided that it has not been set since.
 std::int64_t unix_time_us(TimePoint at) {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -47,22 +47,22 @@ struct Recorder::Shared {
   const RecorderOptions options;
   RecordQueue queue;
 
-  // The thread's alone.
+  // Used by the thread only.
   RecordFiles files;
   BlackBox black_box;
   ZstdFrames zstd;
   TimePoint tried_at{};
   std::uint64_t chunks_lost = 0;
   std::uint64_t triggers_lost = 0;
-  std::int64_t life_us = unix_time_us(monotonic_now());  // so that nobody takes parts of another life for the next ones
-  bool is_in_hole = false;                               // lines are missing: nothing can be run before the next part
+  std::int64_t life_us = unix_time_us(monotonic_now());  // session id: parts of another session are not its next ones
+  bool is_in_hole = false;                               // lines are missing: no replay before the next part
 
   std::mutex mutex;
   std::condition_variable changed;
   RecorderStatus status;
   bool is_running = false;
   bool has_lost_at_end = false;
-  std::chrono::steady_clock::time_point end_by{};  // from end() on
+  std::chrono::steady_clock::time_point end_by{};  // set by end()
 
   void run();
   void take(RecordChunk& chunk);
@@ -87,7 +87,7 @@ void Recorder::Shared::run() {
         black_box.write();
       }
       tell();
-    } catch (const std::bad_alloc&) {  // of a disk that was tried: it is tried again
+    } catch (const std::bad_alloc&) {  // from an attempt to write, which will be repeated
     }
   }
   const std::uint64_t lost_before = black_box.files_lost();
@@ -104,7 +104,7 @@ void Recorder::Shared::run() {
   changed.notify_all();
 }
 
-/// What a disk does not take is tried until there is no time left.
+/// Writes the remaining data; retries until no time is left.
 void Recorder::Shared::finish() {
   files.write();
   black_box.end();
@@ -116,7 +116,7 @@ void Recorder::Shared::finish() {
   black_box.give_up();
 }
 
-/// False: there is no time left.
+/// Waits before the next attempt. False: there is no time left.
 bool Recorder::Shared::waits_to_try_again() {
   constexpr auto retry_at_end = std::chrono::milliseconds(20);
   tell();
@@ -171,10 +171,10 @@ void Recorder::Shared::take_lines(RecordChunk& chunk) {
     if (chunk.core != nullptr) add(head_frame(chunk));
     if (!chunk.text.empty()) add(text_frame(chunk));
   } catch (const std::bad_alloc&) {
-    // Memory is scarce; a recording with a hole is no reason to end a daemon that holds a pack closed.
+    // Memory is scarce; a recording with a gap is no reason to end a daemon that holds a pack closed.
     if (chunk.core != nullptr) queue.give_back(std::move(chunk.core));
     ++chunks_lost;
-    ++life_us;  // no part goes on from the one before the hole
+    ++life_us;  // no part continues the one before the gap
     is_in_hole = true;
   }
 }
@@ -192,7 +192,7 @@ void Recorder::Shared::trigger(const RecordTrigger& trigger) {
 }
 
 void Recorder::Shared::write_black_boxes(TimePoint now) {
-  // After an error not with every chunk: a full disk is not emptied by trying.
+  // After an error not with every chunk: a full disk is not emptied by retrying.
   const bool must_wait = !black_box.last_error().empty() && now - tried_at < options.retry;
   if (!black_box.is_waiting() || must_wait) return;
   tried_at = now;
@@ -239,7 +239,7 @@ RecorderEnd Recorder::end(Duration at_most) {
   const auto end_by = std::chrono::steady_clock::now() + at_most;
   const bool is_handed_over = feed_.end(at_most);
   std::unique_lock lock(shared_->mutex);
-  // What is tried last has to come to its end, too.
+  // The last attempt needs time to finish, too.
   shared_->end_by = end_by - std::min<Duration>(at_most / 5, 100ms);
   lock.unlock();
   shared_->queue.end();

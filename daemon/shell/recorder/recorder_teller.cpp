@@ -6,7 +6,7 @@ namespace bmu {
 
 namespace {
 
-/// Of an error that came, changed or went; "" if neither.
+/// Log text for an error that appeared, changed or ended; "" if it did not.
 std::string change_of(std::string& told, const std::string& error, std::string_view what, std::string_view over) {
   if (error == told) return "";
   told = error;
@@ -25,7 +25,7 @@ void RecorderTeller::tell(const RecorderStatus& status, std::uint64_t pieces_los
   const std::string record =
       change_of(told_record_error_, status.record_error, "the recording waits for the disk: ", "the recording goes on");
   if (!record.empty()) log(status.record_error.empty() ? Severity::info : Severity::warning, record);
-  // While a disk takes nothing it grows with every part.
+  // While a disk accepts nothing the count grows with every part.
   const bool is_news = status.frames_lost >= 2 * told_frames_lost_ || status.record_error.empty();
   if (is_news && status.frames_lost != std::exchange(told_frames_lost_, status.frames_lost)) {
     log(Severity::warning, "seconds that no recording has: " + std::to_string(status.frames_lost));

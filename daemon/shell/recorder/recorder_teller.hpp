@@ -1,5 +1,5 @@
-// What people are told of the recorder: each new black box, and each change between a disk that takes all and one that
-// does not.
+// Log of the recorder's state: each new black box, each change between a disk that accepts all data and one that does
+// not, and lost data.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class RecorderTeller {
  public:
   using Log = std::function<void(Severity severity, std::string_view line)>;
 
-  /// About once a second.
+  /// To be called about once a second.
   void tell(const RecorderStatus& status, std::uint64_t pieces_lost, const Log& log);
 
  private:

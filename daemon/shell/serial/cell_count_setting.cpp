@@ -31,7 +31,7 @@ std::string text_of(const Setting& setting) {
   return content + ", checksum " + hex_of(continue_fnv(fnv_start, content)) + "\n";
 }
 
-/// Only what is written exactly so.
+/// No value unless the text is exactly as text_of() writes it.
 std::optional<Setting> setting_from(std::string_view text) {
   constexpr std::string_view before_hash = " cells, pack ";
   Setting setting;
@@ -65,7 +65,7 @@ void CellCountSetting::read() {
   };
   static_cast<void>(file_.read(take, problems));
   const std::string as_in_file = "; the pack file's " + std::to_string(next_count_) + " cells are in force";
-  // Not the one before it: that is a number which somebody has taken back.
+  // Not the previous file: its number has been replaced by an operator.
   if (!problems.empty()) {
     told_ = "the number of cells that was set is left out: " + problems + as_in_file;
     return;

@@ -14,7 +14,7 @@ namespace bmu {
 
 namespace {
 
-/// So many rows are read at once: some 60 kB of text for 96 cells, and a few milliseconds.
+/// Number of rows that are read at once: some 60 kB of text for 96 cells, and a few milliseconds.
 constexpr std::size_t rows_at_once = 64;
 
 template <class... Values>
@@ -37,7 +37,7 @@ std::string time_text(const HistoryNumber& unix_time_ms) {
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &utc)};
 }
 
-/// With commas between; "-" for none at all.
+/// Separated by commas; "-" if there are none.
 template <class Values, class Text>
 std::string list(const Values& values, const Text& text_of) {
   std::string text;
@@ -45,7 +45,7 @@ std::string list(const Values& values, const Text& text_of) {
   return text.empty() ? "-" : text;
 }
 
-/// Goes through a history in pieces.
+/// Reads a history in pieces.
 class Rows {
  public:
   explicit Rows(HistoryReader reader) : reader_(std::move(reader)) {}
@@ -87,7 +87,7 @@ std::string log_line(const HistoryRow& row) {
 LogSource history_log(std::string path) {
   return [path = std::move(path)]() -> NextLogLine {
     std::error_code is_not_there;
-    // Before it is created a history is no file yet, and that is no failure.
+    // A history that has not been created yet has no file, which is not an error.
     static_cast<void>(std::filesystem::file_size(path, is_not_there));
     if (is_not_there) return empty_log()();
     auto reader = HistoryReader::open(path, HistoryAccess::beside_writer);

@@ -1,4 +1,4 @@
-// Where the lines of the log come from that the serial console dumps: from whoever keeps a history.
+// Source of the log lines that the serial console dumps: the history, if one is kept.
 #pragma once
 
 #include <functional>
@@ -9,11 +9,11 @@
 
 namespace bmu {
 
-/// The next line, without its end; nothing after the last one; or why there is no more, for people.
+/// The next line, without its end; no value after the last one; or the error, for people.
 using NextLogLine = std::function<Result<std::optional<std::string>, std::string>()>;
 
-/// Begins at the oldest line, once for each dump. Both are called on the console's thread, which may wait for a disk:
-/// they share nothing with the control loop, and own what they need.
+/// Starts at the oldest line, once for each dump. Both are called on the console's thread, which may wait for a disk:
+/// they share nothing with the control loop, and own all objects that they need.
 using LogSource = std::function<NextLogLine()>;
 
 /// For a daemon that keeps no history.

@@ -18,7 +18,7 @@ std::string line_of(std::string_view text) {
   return std::string(text).append(line_end);
 }
 
-/// A whole text that is a number of cells; as many digits as there are to the largest.
+/// A whole text that is a number of cells, with at most as many digits as the largest.
 std::optional<std::size_t> cell_count_from(std::string_view text) {
   const auto count = text.size() <= 3 ? number_of_text<std::size_t>(text) : std::nullopt;
   return count && *count >= 1 && *count <= cell_count_max ? count : std::nullopt;

@@ -23,12 +23,12 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// With more than this unread no input is taken; a read of the smallest lines adds about as much again.
+// With more unread output than this no input is read; the replies to one read of the smallest lines add about as much.
 constexpr std::size_t unread_max = 4'096;
 constexpr std::size_t read_size = 64;
-// The dump runs no further ahead of the reader.
+// Output that the dump prepares ahead of the reader.
 constexpr std::size_t dump_ahead = 1'024;
-// Somebody who sends orders without end must not fill the log of the daemon.
+// A user who sends commands without end must not fill the log of the daemon.
 constexpr int told_per_second_max = 5;
 constexpr Duration end_max = 500ms;
 
@@ -40,21 +40,21 @@ struct SerialConsole::Shared {
 
   const SerialConsoleOptions options;
   const SerialConsoleActions actions;
-  OwnedFd ending;  // readable: the thread is to end
+  OwnedFd ending;  // readable: the thread has to end
 
-  std::mutex mutex;  // also held while an action is called that reaches beyond us
+  std::mutex mutex;  // also held while an action is called that uses other objects
   std::condition_variable changed;
   bool has_to_end = false;
   bool is_running = true;
 
-  // The thread's alone.
+  // Used by the thread only.
   OwnedFd port;
   SerialLines lines;
   std::string output;
-  NextLogLine dump;  // empty: none is under way
+  NextLogLine dump;  // empty: no dump in progress
   std::uint64_t dumped = 0;
   bool is_service_on = false;
-  std::string told;  // what is wrong with the device; told once
+  std::string told;  // error of the device, logged once
   steady_clock::time_point told_since{};
   int told_count = 0;
 
@@ -95,7 +95,7 @@ bool SerialConsole::Shared::is_ending() {
   return has_to_end;
 }
 
-/// Nothing is told once whom we tell it to may be gone.
+/// Logs nothing once the console has to end: the log may be gone.
 void SerialConsole::Shared::tell(Severity severity, const std::string& line) {
   const std::lock_guard lock(mutex);
   if (!has_to_end) actions.log(severity, line);
@@ -124,7 +124,7 @@ void SerialConsole::Shared::open_port() {
   tell(Severity::info, "serial console on " + options.device + " with " + std::to_string(options.bit_rate_Bd) + " Bd");
 }
 
-/// What was begun is nobody's any more: not the line, not the answer, not the dump.
+/// Drops the partial line, the reply and the dump, because their user is gone.
 void SerialConsole::Shared::lose_port(const std::string& why) {
   close_serial_port(std::exchange(port, {}));
   lines.forget();
@@ -193,7 +193,7 @@ void SerialConsole::Shared::fill_output() {
   }
 }
 
-/// Nothing is switched once what it reaches may be gone.
+/// Switches nothing once the console has to end: the receiver may be gone.
 void SerialConsole::Shared::set_service(bool is_on) {
   if (std::exchange(is_service_on, is_on) == is_on) return;
   const std::lock_guard lock(mutex);

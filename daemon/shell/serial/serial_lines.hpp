@@ -1,5 +1,5 @@
-// Lines out of the bytes of a serial line, whatever comes: ended by CR, LF or CR LF, and dropped whole where they are
-// too long or hold what no keyboard sends.
+// Splits the bytes of a serial port into lines, whatever arrives: ended by CR, LF or CR LF, and dropped completely
+// where they are too long or contain characters that no keyboard sends.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ struct SerialLine {
   enum class Kind : std::uint8_t {
     good,
     too_long,     // more than line_max bytes; no text
-    unprintable,  // a byte that is no printable ASCII; no text
+    unprintable,  // a byte that is not printable ASCII; no text
   };
 
   Kind kind = Kind::good;
@@ -24,9 +24,9 @@ class SerialLines {
  public:
   static constexpr std::size_t line_max = 64;
 
-  /// A line, if this byte ends one. Empty lines are none.
+  /// A line, if this byte ends one. Empty lines are dropped.
   [[nodiscard]] std::optional<SerialLine> take(char byte);
-  /// What was begun belongs to somebody who hung up.
+  /// Drops the partial line of a user who hung up.
   void forget();
 
  private:

@@ -15,7 +15,7 @@ namespace bmu {
 
 namespace {
 
-/// By the rates' order.
+/// In the order of the rates.
 constexpr std::array<speed_t, serial_rates_Bd.size()> speeds{B1200,  B2400,  B4800,  B9600,
                                                              B19200, B38400, B57600, B115200};
 
@@ -43,7 +43,7 @@ Result<OwnedFd, OsError> open_serial_port(const std::string& device, std::int32_
 }
 
 void close_serial_port(OwnedFd port) {
-  static_cast<void>(::ioctl(port.get(), TIOCNXCL));  // of a device that is gone it makes no difference
+  static_cast<void>(::ioctl(port.get(), TIOCNXCL));  // no effect if the device is gone
 }
 
 }  // namespace bmu

@@ -10,12 +10,12 @@
 
 namespace bmu {
 
-/// Raw: 8 data bits, no parity, 1 stop bit, no echo, no flow control, modem lines ignored. Not blocking, not this
-/// process's controlling terminal, and nobody else's while we have it (but for root's). The error names device and
-/// step.
+/// Raw: 8 data bits, no parity, 1 stop bit, no echo, no flow control, modem lines ignored. Not blocking, not the
+/// controlling terminal of this process, and closed to all other processes while it is open (except those of root). The
+/// error names device and step.
 [[nodiscard]] Result<OwnedFd, OsError> open_serial_port(const std::string& device, std::int32_t bit_rate_Bd);
 
-/// Others may have it again: a pseudo-terminal would remember that it is ours beyond our closing it.
+/// Ends the exclusive use: a pseudo-terminal would keep it after it is closed.
 void close_serial_port(OwnedFd port);
 
 }  // namespace bmu

@@ -44,7 +44,7 @@ std::optional<std::string> ServiceValues::take_line() {
   return service_line(latest_, layout_);
 }
 
-/// The first one that ends has begun before it was wanted.
+/// The first second is dropped: it started before the mode was switched on.
 void ServiceValues::decided(TimePoint at, const Decisions& /*decisions*/) {
   if (!is_wanted_) {
     has_begun_ = false;

@@ -1,12 +1,12 @@
-// The service mode of the serial console: once a second what was measured and estimated in that second, as the accept
-// tests of a pack read it (BMS_NF.5b).
+// The service mode of the serial console: once a second the measured and estimated values of that second, as the
+// acceptance tests of a pack read them (BMS_NF.5b).
 //
 //   2026-03-01 17:01:07 I:21.350A U:189.55V SOC:80.0% SOH:98.2% C:3.9848,3.9851 T:25.1,25.0 E:- R:1.82,1.79
 //
-// As a line of LogReq (history_log.hpp) with the averages of the second, and behind it the resistance of each cell in
-// milli-ohm as it is estimated at the end of the second. What is not known is "-".
+// Like a line of LogReq (history_log.hpp) with the averages of the second, followed by the resistance of each cell in
+// milli-ohm as estimated at the end of the second. An unknown value is "-".
 //
-// The control loop makes a second of it after its decisions (MinuteAverager) only while it is wanted, and copies it
+// The control loop computes a second after its decisions (MinuteAverager) only while the mode is on, and copies it
 // without waiting; the console's thread takes the latest.
 #pragma once
 
@@ -22,7 +22,7 @@
 
 namespace bmu {
 
-/// Of fixed size: filling and copying it takes no memory.
+/// Of fixed size: filling and copying it allocates no memory.
 struct ServiceSecond {
   Minute values;
   std::array<std::optional<std::int32_t>, cells_max> resistance_uOhm{};  // by number through the pack
@@ -34,12 +34,12 @@ class ServiceValues final : public CoreTap {
  public:
   static constexpr Duration period = 1s;
 
-  /// Looks at the core for as long as decisions are forwarded to it.
+  /// Reads the core for as long as decisions are forwarded to this object.
   explicit ServiceValues(const Core& core);
 
-  /// Of any thread. What was not taken before it is switched off is dropped.
+  /// Callable from any thread. A line that was not taken before the mode is switched is dropped.
   void set_wanted(bool is_wanted);
-  /// The line of the latest second that has not been taken; nothing if there is none. Of one thread.
+  /// The line of the latest second that has not been taken; no value if there is none. For one thread only.
   [[nodiscard]] std::optional<std::string> take_line();
 
   void observed(const Observation& /*observation*/) override {}
@@ -51,7 +51,7 @@ class ServiceValues final : public CoreTap {
   const Core& core_;
   const HistoryLayout layout_;
   MinuteAverager averager_;
-  bool has_begun_ = false;  // the second under way began while it was wanted
+  bool has_begun_ = false;  // the present second started while the mode was on
   std::atomic<bool> is_wanted_ = false;
   std::mutex mutex_;
   bool is_new_ = false;

@@ -1,5 +1,5 @@
-// The calls by which a file of ours gets onto the disk and back: the system's, errno and all, at one seam, so that a
-// test can cut the power at any of them, or let any of them fail.
+// The system calls that bring a file of the daemon to the disk and back, errno included, behind one interface, so that
+// a test can cut the power at any of them, or let any of them fail.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ class FileCalls {
   virtual int unlink(const char* path);
 };
 
-/// Those of the system, for everybody.
+/// Those of the system; one object for all users.
 [[nodiscard]] FileCalls& system_file_calls();
 
 /// A file that was opened by these calls, and is closed by them.

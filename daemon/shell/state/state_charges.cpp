@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* cells_key = "cells_uAs";
-/// Far above any capacity, and far below what a sum could overflow with.
+/// Far above any capacity, and far below the overflow of a sum.
 constexpr std::int64_t charge_max_uAs = std::int64_t{1} << 60;
 
 std::string parse_cell(const Json& json, const std::string& place, CellChargeRecord& cell) {

@@ -19,7 +19,7 @@ OsError os_error(const std::string& step, const std::string& path) {
   return {.code = errno, .what = step + " " + path};
 }
 
-/// The call's answer, once no signal interrupted it.
+/// Result of the call, which is repeated while signals interrupt it.
 template <class Call>
 auto finish(Call call) {
   auto answer = call();
@@ -31,10 +31,10 @@ int open_file(FileCalls& calls, const std::string& path, int flags) {
   return finish([&] { return calls.open(path.c_str(), flags | O_CLOEXEC, file_mode); });
 }
 
-/// The text; nothing if there is no such file; or why there is none to be had.
+/// The text; no value if there is no such file; or the error.
 Result<std::optional<std::string>, std::string> read_text(FileCalls& calls, const std::string& path) {
   const auto refused = [&] { return failure(std::string(std::strerror(errno))); };
-  // Not to wait for the other end of a pipe that somebody put there.
+  // O_NONBLOCK, so as not to wait for the other end if the path is a pipe.
   const OpenFile file(calls, open_file(calls, path, O_RDONLY | O_NONBLOCK));
   if (!file.is_open() && errno == ENOENT) return std::optional<std::string>{};
   struct stat status {};
@@ -54,17 +54,16 @@ Result<std::optional<std::string>, std::string> read_text(FileCalls& calls, cons
 bool write_all(FileCalls& calls, int file, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = finish([&] { return calls.write(file, text.data(), text.size()); });
-    if (count == 0) errno = EIO;  // nothing taken, nothing said
+    if (count == 0) errno = EIO;  // nothing written, and no error reported
     if (count <= 0) return false;
     text.remove_prefix(static_cast<std::size_t>(count));
   }
   return true;
 }
 
-/// A file of our own: what lies there already, left of a life that was cut or put there by somebody, is not written
-/// through.
+/// Writes a new file: an existing one, left by an interrupted session or put there by a user, is not written through.
 Result<void, OsError> write_new(FileCalls& calls, const std::string& path, std::string_view text) {
-  finish([&] { return calls.unlink(path.c_str()); });  // what cannot be removed shows at once
+  finish([&] { return calls.unlink(path.c_str()); });  // if it cannot be removed, the next call fails
   const OpenFile file(calls, open_file(calls, path, O_WRONLY | O_CREAT | O_EXCL));
   if (!file.is_open()) return failure(os_error("make", path));
   if (!write_all(calls, file.get(), text)) return failure(os_error("write", path));
@@ -116,7 +115,7 @@ bool StateFile::rename(const std::string& from, const std::string& to) const {
 
 Result<void, OsError> StateFile::write(std::string_view text) {
   const std::string fresh = path_ + ".new";
-  // Half a file is of no use, and on a full disk it is in the way.
+  // An incomplete file is of no use, and takes space on a full disk.
   const auto refused = [&](const OsError& error) {
     finish([&] { return calls_.unlink(fresh.c_str()); });
     return failure(error);
@@ -137,12 +136,12 @@ Result<void, OsError> StateFile::put_in_place(const std::string& fresh) {
   if (!is_aside && errno != ENOENT) return failure(os_error("rename " + path_ + " to", aside));
   if (!rename(fresh, path_)) {
     const OsError error = os_error("rename " + fresh + " to", path_);
-    // Where that fails as well it is FILE.previous that counts, and no FILE.
+    // If that fails as well there is no FILE, and FILE.previous counts.
     if (!is_aside || !rename(aside, path_)) is_good_ = false;
     return failure(error);
   }
   is_good_ = true;
-  // Before there is a good FILE it says that this is no first start; if it cannot be kept, it is lost to people alone.
+  // Until there is a valid FILE it shows that this is not a first start; if it cannot be kept, only people miss it.
   const std::string previous = path_ + ".previous";
   if (std::exchange(is_previous_damaged_, false)) static_cast<void>(rename(previous, previous + ".damaged"));
   return {};

@@ -1,9 +1,9 @@
-// The modules of those parts of the state file that keep something of each cell, by their node numbers:
+// The modules in those parts of the state file that hold data of each cell, by their node numbers:
 //
 //   {"1":{"serial_number":4711,"CELLS":[cell,...]},...}
 //
-// A part's records have an array `modules` by node number, each with its `serial_number`, `cell_count` and `cells`;
-// what a cell is, and the key they stand under, is the part's own.
+// The records of a part have an array `modules` by node number, each with its `serial_number`, `cell_count` and
+// `cells`; the part defines the form of a cell, and the key of the cells.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,13 @@
 
 namespace bmu {
 
-/// "1" to "63"; nothing else is a node.
+/// "1" to "63"; no value for any other text.
 [[nodiscard]] inline std::optional<std::size_t> node_from_text(std::string_view text) {
   const auto node = number_of_text<std::size_t>(text);
   return node && *node >= 1 && *node <= internal_bus::node_count_max ? node : std::nullopt;
 }
 
-/// `parse_cell(json, place, cell)` says what is wrong; "" if nothing is. So does this.
+/// `parse_cell(json, place, cell)` returns the error, or "". So does this function.
 template <class Module, class ParseCell>
 [[nodiscard]] std::string parse_state_module(const nlohmann::ordered_json& json, const std::string& place,
                                              const char* cells_key, ParseCell parse_cell, Module& module) {
@@ -50,7 +50,7 @@ template <class Module, class ParseCell>
   return {};
 }
 
-/// `json`: all of them. `place`: where they stand.
+/// `json`: all modules. `place`: their key in the state.
 template <class Records, class ParseCell>
 [[nodiscard]] std::string parse_state_modules(const nlohmann::ordered_json& json, const std::string& place,
                                               const char* cells_key, ParseCell parse_cell, Records& records) {
@@ -66,7 +66,7 @@ template <class Records, class ParseCell>
   return {};
 }
 
-/// Those that have cells. `cell_json(cell)`: the JSON of one.
+/// The modules that have cells. `cell_json(cell)`: the JSON of one cell.
 template <class Records, class CellJson>
 [[nodiscard]] nlohmann::ordered_json state_modules_json(const Records& records, const char* cells_key,
                                                         CellJson cell_json) {

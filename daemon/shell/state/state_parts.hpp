@@ -1,5 +1,5 @@
-// How the parts of the state file that have readers of their own look at their JSON: a value at a key, a number within
-// its range, and what is said of one that is wrong.
+// Helpers for those parts of the state file that have parsers of their own: a value at a key, a number within its
+// range, and the error text of a wrong one.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ inline constexpr std::int64_t unix_time_max_ms = std::int64_t{1} << 52;
   return place + " is " + found.dump() + ", wanted " + wanted;
 }
 
-/// From least to most; or none. Unsigned numbers beyond what is signed are none.
+/// From least to most; or no value. Unsigned numbers beyond the signed range have none.
 [[nodiscard]] inline std::optional<std::int64_t> number_from(const nlohmann::ordered_json& json, std::int64_t least,
                                                              std::int64_t most) {
   if (!json.is_number_integer()) return std::nullopt;
@@ -29,14 +29,14 @@ inline constexpr std::int64_t unix_time_max_ms = std::int64_t{1} << 52;
   return value >= least && value <= most ? std::optional(value) : std::nullopt;
 }
 
-/// The value under a key, or null: which no rule accepts.
+/// The value at a key; null, which no rule accepts, if it is missing.
 [[nodiscard]] inline const nlohmann::ordered_json& value_at(const nlohmann::ordered_json& json, const char* key) {
   static const nlohmann::ordered_json none;
   const auto found = json.is_object() ? json.find(key) : json.end();
   return found == json.end() ? none : *found;
 }
 
-/// What a part has; of null, nothing. `parse_all(json, records)` says what is wrong, "" if nothing is.
+/// The records of a part; empty ones for null. `parse_all(json, records)` returns the error, or "".
 template <class Records, class ParseAll>
 [[nodiscard]] Result<Records, std::string> parse_state_part(const nlohmann::ordered_json& json, ParseAll parse_all) {
   Records records;

@@ -16,7 +16,7 @@ constexpr const char* cells_key = "cells";
 constexpr std::int64_t all_ppm = 1'000'000;
 constexpr std::int64_t all_permille = 1'000;
 constexpr std::int64_t health_most_ppm = 100'000'000;
-constexpr std::size_t numbers_at_first = 3;  // of a cell, in files of before its health was kept
+constexpr std::size_t numbers_at_first = 3;  // of a cell, in files from before its health was kept
 constexpr std::size_t numbers = 7;
 constexpr std::int64_t capacity_max_uAs = std::int64_t{1} << 60;
 
@@ -60,7 +60,7 @@ std::string parse_all(const Json& json, SocRecords& records) {
   records.told_ppm = static_cast<std::int32_t>(*told_ppm);
   std::string problem = parse_state_modules(value_at(json, "modules"), "soc/modules", cells_key, parse_cell, records);
   if (!problem.empty()) return problem;
-  const Json& is_last = value_at(json, "is_last");  // missing in files of before it was kept: not known, so no
+  const Json& is_last = value_at(json, "is_last");  // missing in files from before it was kept: unknown, so false
   if (!is_last.is_null() && !is_last.is_boolean()) return wrong_in_state("soc/is_last", is_last, "true or false");
   records.is_last = is_last.is_boolean() && is_last.get<bool>();
   records.is_kept = true;

@@ -21,7 +21,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// What a destructor may wait for a write that is under way.
+/// Maximum wait of the destructor for a write in progress.
 constexpr Duration end_max = 500ms;
 
 }  // namespace
@@ -30,13 +30,13 @@ struct StateStore::Shared {
   explicit Shared(StateStoreOptions the_options) : options(std::move(the_options)), file(options.path) {}
 
   const StateStoreOptions options;
-  StateFile file;  // the thread's alone, once it runs
+  StateFile file;  // used by the thread only, once it runs
 
   std::mutex mutex;
   std::condition_variable changed;
   std::optional<PersistentState> waiting;
   std::string last_error;
-  bool is_busy = false;  // a write is under way
+  bool is_busy = false;  // a write is in progress
   bool has_to_end = false;
   bool is_running = false;
 
@@ -82,7 +82,7 @@ void StateStore::Shared::look() {
   memory_low = resident && *resident > options.limits.memory_max_bytes;
 }
 
-/// Called and left with the lock; without it in between.
+/// Called and left with the mutex locked; unlocked in between.
 void StateStore::Shared::write_waiting(std::unique_lock<std::mutex>& lock) {
   const PersistentState state = *std::exchange(waiting, std::nullopt);
   is_busy = true;
@@ -136,9 +136,9 @@ Result<void, std::string> StateStore::take(std::string_view text) {
 void StateStore::carry_over(const PersistentState& state) {
   found_ = {.found = FileFound::newest};
   const auto taken = take(state_text(state));
-  BMU_ASSERT(taken.has_value());  // our own text
+  BMU_ASSERT(taken.has_value());  // a text of this program
   if (path_.empty()) return;
-  const std::lock_guard lock(shared_->mutex);  // which the thread holds for moments only
+  const std::lock_guard lock(shared_->mutex);  // which the thread holds momentarily only
   shared_->waiting = state;
   shared_->changed.notify_all();
 }

@@ -23,9 +23,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t format = 1;
-constexpr std::int64_t totals_max = std::int64_t{1} << 60;  // more no pack has carried, and a life adds to it
-constexpr std::int64_t heat_max_uJ = totals_max;            // the same of a resistor
-constexpr int depth_max = 8;                                // writing it again for the checksum recurses
+constexpr std::int64_t totals_max = std::int64_t{1} << 60;  // more than any pack has carried; a session adds to it
+constexpr std::int64_t heat_max_uJ = totals_max;            // the same for a resistor
+constexpr int depth_max = 8;                                // serialising it for the checksum recurses
 
 /// By ContactorId.
 constexpr std::array<std::string_view, contactor_id_count> contactor_names{"main_positive", "main_negative",
@@ -66,7 +66,7 @@ class Writer {
     if (value) return part(key, *value);
     json[key] = nullptr;
   }
-  /// Whether the record has what came later than its first keys: written, always.
+  /// Whether the record has keys of later versions: always, when writing.
   [[nodiscard]] bool has(const char*) const { return true; }
 
   Json json = Json::object();
@@ -81,7 +81,7 @@ class Reader {
   template <class Number>
   void number(const char* key, Number& to) const {
     const Json& value = at(key);
-    // An unsigned number above what a signed one holds would come out negative.
+    // An unsigned number above the signed range would come out negative.
     const bool fits = value.is_number_integer() &&
                       (!value.is_number_unsigned() || value.get<std::uint64_t>() <= std::uint64_t{INT64_MAX}) &&
                       value.get<std::int64_t>() >= std::int64_t{std::numeric_limits<Number>::min()} &&
@@ -97,7 +97,7 @@ class Reader {
     if (!at(key).is_boolean()) throw Damage(std::string(key) + " is " + at(key).dump());
     to = at(key).get<bool>();
   }
-  /// The enumerators are few and count from 0; "?" is what none of them is called.
+  /// The enumerators are few and count from 0; "?" is the text of none of them.
   template <class Enum>
   void name(const char* key, Enum& to) const {
     for (std::uint8_t number = 0; to_text(static_cast<Enum>(number)) != "?"; ++number) {
@@ -121,7 +121,7 @@ class Reader {
     to.reset();
     if (!at(key).is_null()) part(key, to.emplace());
   }
-  /// A file of a version before has the first keys of a record only.
+  /// A file of an earlier version has only the first keys of a record.
   [[nodiscard]] bool has(const char* key) const { return json_.contains(key); }
 
  private:
@@ -180,7 +180,7 @@ void describe_inputs(Visitor& visit, Record& inputs) {
   visit.part("throttle_permille", inputs.throttle_permille);
   if (visit.has("alarm_loop_open")) visit.boolean("alarm_loop_open", inputs.alarm_loop_open);
 }
-/// What frames did not have at first.
+/// Keys that the first versions of a frame did not have.
 template <class Visitor, class Record>
 void describe_rest_of_frame(Visitor& visit, Record& frame) {
   visit.name("mode", frame.mode);
@@ -362,7 +362,7 @@ std::string checksum_of(const std::string& content) {
   return hex.data();
 }
 
-/// Records under their names into an array; what has no place in it is counted.
+/// Reads records into an array by their names; counts those with unknown names.
 template <class Records, class Find>
 std::size_t read_named(const Json& parent, const char* key, Records& records, Find find) {
   if (!parent.contains(key) || !parent[key].is_object()) throw Damage(std::string(key) + " is missing");
@@ -395,7 +395,7 @@ StateRead read_content(const Json& content) {
   read.unknown_names += read_named(content, "contactors", read.state.contactors, [](std::string_view name) {
     return index_of(contactor_names, name, [](std::string_view one) { return one; });
   });
-  // Files of before there was one are read all the same: nothing is pending then, and no module known.
+  // Files from before these keys are accepted nevertheless: nothing is pending then, and no module is registered.
   const Reader whole(content);
   if (content.contains("closing")) whole.part("closing", read.state.closing);
   if (content.contains("totals")) whole.part("totals", read.state.totals);
@@ -417,7 +417,7 @@ StateRead read_content(const Json& content) {
   return read;
 }
 
-/// The library's exceptions begin with a name and a number in brackets, which say nothing to a reader.
+/// The exceptions of the library begin with a name and a number in brackets, which mean nothing to a reader.
 std::string without_number(std::string_view what) {
   const std::size_t end = what.starts_with("[json.exception.") ? what.find("] ") : std::string_view::npos;
   return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
@@ -429,7 +429,7 @@ std::string state_text(const PersistentState& state) {
   Writer faults;
   for (const FaultRow& row : fault_table()) {
     const FaultRecord& record = state.faults[static_cast<std::size_t>(row.id)];
-    if (record != FaultRecord{}) faults.part(std::string(row.name).c_str(), record);  // most have never been seen
+    if (record != FaultRecord{}) faults.part(std::string(row.name).c_str(), record);  // most never occurred
   }
   Writer contactors;
   for (std::size_t i = 0; i < contactor_id_count; ++i) {

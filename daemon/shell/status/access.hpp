@@ -1,14 +1,14 @@
-// Who may do what on the status socket. It is decided for each request, by what the kernel says of whoever connected.
+// Access rights on the status socket, checked for each request against the peer credentials that the kernel reports.
 //
-//   read      look at the pack       members of the group bmud, and whoever may control
+//   read      see the pack           members of the group bmud, and all who may control
 //   control   change something       members of the group bmud-admin, root, and the user the daemon runs as
 //
-// A peer is a member by its first group or by any other that it had when it connected: somebody who was put into a
-// group later has to connect anew, as everywhere. The groups' numbers are those /etc/group had at start, or at the last
-// reload; a group that only a directory server knows does not count.
+// A peer is a member by its primary group or by any other that it had when it connected: a user who was put into a
+// group later has to connect again, as everywhere. The group ids are those of /etc/group at start, or at the last
+// reload; a group that only a directory server has does not count.
 //
-// Where neither group is there, as in a development run, there is nobody to tell apart: the mode of the socket's file
-// alone then says who may connect, and whoever may, reads. (docs/decisions/0016-who-may-do-what.md)
+// Without either group, as in a development run, there is nothing to distinguish users by: the mode of the socket file
+// alone decides who may connect, and all who may connect may read. (docs/decisions/0016-who-may-do-what.md)
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ inline constexpr std::string_view admins_group = "bmud-admin";
 
 enum class Right : std::uint8_t { read, control };
 
-/// Nothing for a group that is not there.
+/// No value for a group that does not exist.
 struct AccessGroups {
   std::optional<std::uint32_t> readers;
   std::optional<std::uint32_t> admins;
@@ -39,32 +39,32 @@ struct AccessGroups {
 [[nodiscard]] AccessGroups access_groups(const std::string& group_file = "/etc/group");
 
 struct AccessRules {
-  std::uint32_t own_user_id = 0;  // whom the daemon runs as
+  std::uint32_t own_user_id = 0;  // user that the daemon runs as
   AccessGroups groups;
 };
 
-/// Pure: the whole of the decision.
+/// Pure: the complete decision.
 [[nodiscard]] bool may(const AccessRules& rules, const Peer& peer, Right right);
 
-/// The rules in force, and what is said to those they refuse.
+/// The rules in force, and the replies to refused peers.
 class Access {
  public:
-  /// `log`: for refusals, of which only so many are logged as nobody can flood it with.
+  /// `log`: for refusals, at a rate with which no client can flood it.
   Access(const AccessRules& rules, UserNames users, SparingLog::Log log);
 
   [[nodiscard]] bool may(const Peer& peer, Right right) const { return bmu::may(rules_, peer, right); }
-  /// Logs the attempt. The answer: who asked, what for, and who may. `what`: "read here".
+  /// Logs the attempt. Returns the reply: user, refused action, and the users who may. `what`: "read here".
   [[nodiscard]] std::string refuse(const Peer& peer, Right right, std::string_view what, TimePoint now);
-  /// Logs, as sparingly, what somebody may, and was refused for another reason.
+  /// Logs, at the same rate, a permitted request that was refused for another reason.
   void note_refused(std::string_view what_and_why, TimePoint now);
   void tell_left_out(TimePoint now) { refusals_.tell_left_out(now); }
-  /// Of a reload: accounts may have changed as well.
+  /// For a reload: accounts may have changed as well.
   void replace(const AccessGroups& groups, UserNames users);
 
   [[nodiscard]] const UserNames& users() const { return users_; }
-  /// Nobody is kept from connecting by the file's mode: who may not read is told so, and why.
+  /// The mode of the file keeps no user from connecting: one that may not read gets a reply with the reason.
   [[nodiscard]] bool is_by_group() const { return rules_.groups.has_any(); }
-  /// What holds, for the log at start.
+  /// The rules in force, for the log at start.
   [[nodiscard]] std::string text() const;
 
  private:

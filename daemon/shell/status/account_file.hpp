@@ -1,5 +1,5 @@
-// /etc/passwd and /etc/group: names and their numbers, read as files. Asking the system for a name may take as long as
-// its directory server likes, and nobody here can wait for that.
+// /etc/passwd and /etc/group: names and their ids, read as files. A query of the system for a name may take as long as
+// its directory server does, and no part of the daemon can wait for that.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct Account {
   std::uint32_t number = 0;
 };
 
-/// name:password:number:... a line; what is something else is left out. Empty if the file cannot be read.
+/// One account per line, name:password:number:...; other lines are left out. Empty if the file cannot be read.
 [[nodiscard]] std::vector<Account> read_accounts(const std::string& file);
 
 }  // namespace bmu

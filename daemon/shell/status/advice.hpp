@@ -1,9 +1,8 @@
-// What somebody needs who stands before the pack without the pages of the manual: what most often lies behind a fault,
-// and what each reason against closing means and asks for. What to do about a fault is in its own row
-// (fault_table.hpp).
+// Advice for a user at the pack without the pages of the manual: the typical causes of a fault, and the meaning and
+// remedy of each blocker. The remedy of a fault is in its own row (fault_table.hpp).
 //
-// Words only, and nothing decides by them: they stand here and not in the core. `bmuctl faults` and `why` show them,
-// and docs/faults.md and docs/why-does-it-not-close.md are made of them.
+// Texts only, and no decision depends on them: so they are here and not in the core. `bmuctl faults` and `why` show
+// them, and docs/faults.md and docs/why-does-it-not-close.md are generated from them.
 #pragma once
 
 #include <string_view>
@@ -13,7 +12,7 @@
 
 namespace bmu {
 
-/// What most often lies behind the fault, the likeliest first; half a sentence.
+/// Typical causes of the fault, the likeliest first; half a sentence.
 [[nodiscard]] std::string_view usual_cause_of(FaultId id);
 
 struct BlockerAdvice {

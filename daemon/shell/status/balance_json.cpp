@@ -24,7 +24,7 @@ std::size_t cells_on(const Core& core) {
   return cells;
 }
 
-/// Switches that are on though nobody told them to be: nothing is measured or planned before they are off.
+/// Switches that are on without a command: nothing is measured or planned before they are off.
 Json untold_json(const Core& core) {
   const BalancingSwitches& switches = core.watchers().switches;
   Json untold = Json::array();

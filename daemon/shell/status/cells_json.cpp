@@ -1,4 +1,4 @@
-// Every cell, in columns by module: what is measured of it, and what is made of that.
+// Every cell, in columns by module: measured and estimated values.
 #include <array>
 #include <string>
 
@@ -9,7 +9,7 @@ namespace bmu {
 
 namespace {
 
-/// Lists of equal length, a column each: value or null, validity, age.
+/// Lists of equal length, one column each: value or null, validity, age.
 template <std::size_t Room>
 void put_column(JsonText& to, std::string_view stem, Unit unit, const std::array<Measured<std::int32_t>, Room>& values,
                 std::size_t count, const StatusView& view, Duration age_max) {
@@ -25,7 +25,7 @@ void put_column(JsonText& to, std::string_view stem, Unit unit, const std::array
   column(std::string(stem) + "_age_ms", [&](const Value& one) { to.add(ago_ms(view, one.taken_at)); });
 }
 
-/// Columns of what the chosen method says of each cell, how sure it is, and what the others say.
+/// Columns of the SOC by the chosen method and its sigma, and of the SOC by each method.
 void put_estimates(JsonText& to, std::size_t first_cell, std::size_t count, const PackEstimate& estimate) {
   const auto column = [&](std::string_view name, auto&& permille_of) {
     to.array(name, [&] {

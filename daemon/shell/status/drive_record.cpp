@@ -10,7 +10,7 @@ void DriveRecorder::update(const Core& core) {
     record_ = {.has_run = true, .closed_at = core.sequence().entered_at};
     at_closing_ = charge;
   }
-  // The decision that opens still counts: its sums are those of the last closed moment.
+  // The decision that opens still counts: its sums are those of the last instant with closed contactors.
   if (is_closed || record_.is_running) {
     record_.lasted = core.decided_at() - record_.closed_at;
     record_.charge_used_uAs = charge.flowed_uAs - at_closing_.flowed_uAs;

@@ -1,4 +1,4 @@
-// What went through the pack while it was last closed: for people who ask how far it got.
+// Charge and energy of the period in which the pack was last closed: for users interested in the range.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct DriveRecord {
 
 class DriveRecorder {
  public:
-  /// After every decision.
+  /// To be called after every decision.
   void update(const Core& core);
   [[nodiscard]] const DriveRecord& record() const { return record_; }
 

@@ -21,7 +21,7 @@ std::string code(std::string_view text) {
   return "`" + std::string(text) + "`";
 }
 
-/// Where its thresholds stand in a pack file; empty for those that are not there.
+/// Key of its thresholds in a pack file; empty for those that are not there.
 std::string key_of(const FaultRow& row) {
   if (row.limit == nullptr) return "";
   const auto rows = limit_rows();

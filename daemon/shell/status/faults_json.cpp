@@ -1,6 +1,6 @@
-// Every row of the fault table as JSON: what it is, what is seen now, and what is remembered of it.
+// Every row of the fault table as JSON: its description, its present state, and its records.
 //
-// Most of the answer's bytes never change: what a row says of itself is written once, with the first answer.
+// Most bytes of the reply never change: the description of a row is written once, with the first reply.
 #include <array>
 #include <optional>
 #include <string>
@@ -16,7 +16,7 @@ namespace bmu {
 
 namespace {
 
-/// What the row says of itself, whatever happens: members.
+/// Members of the description of the row, which never change.
 std::string lasting_members(const FaultRow& row) {
   JsonText to;
   to.put("name", row.name);
@@ -30,7 +30,7 @@ std::string lasting_members(const FaultRow& row) {
   return to.take();
 }
 
-/// What it does in this pack, and where the file of the pack is stricter, what it would do without.
+/// Its reaction in this pack, and where the pack file is stricter, the usual one.
 void put_reaction(JsonText& to, const FaultRow& row, const StricterReactions& stricter) {
   const FaultReaction does = reaction_of(row, stricter);
   to.put("reaction", to_text(does.reaction));
@@ -49,7 +49,7 @@ const std::array<std::string, fault_count>& all_lasting_members() {
   return members;
 }
 
-/// Rows that are simply true or not have no threshold worth showing.
+/// Rows that are just true or false have no threshold to show.
 void put_thresholds(JsonText& to, const FaultRow& row, const Thresholds& thresholds) {
   if (!row.has_limit()) return;
   to.put(key_with_unit("threshold", row.unit), thresholds.open);
@@ -84,7 +84,7 @@ void put_state(JsonText& to, const FaultRow& row, const FaultState& state, const
   to.put("confirmed_ago_ms", since(has_been_confirmed, state.confirmed_at));
 }
 
-/// What there is to say of the few that are more than true or not, and have no value with a limit.
+/// Details of the few faults that are more than true or false, and have no value with a limit.
 std::string details_text(const FaultRow& row, const StatusView& view) {
   if (row.id == FaultId::lines_failed) return lines_text(view);
   if (row.id == FaultId::charger_runaway) return excess_text(view.core.charger_watch().excess());

@@ -10,7 +10,7 @@ namespace bmu {
 
 namespace {
 
-/// Something such modules cannot do, and what the daemon does instead.
+/// A capability that such modules lack, and the daemon's substitute for it.
 struct Lack {
   bool (*holds)(const ModuleDriver&);
   std::string_view sentence;
@@ -47,7 +47,7 @@ std::string text_in_mV(std::int32_t value_uV) {
   return std::to_string(mV_from_uV(value_uV)) + " mV";
 }
 
-/// What a pack file with such modules is held to, in numbers.
+/// The limits for a pack file with such modules, in numbers.
 std::string limits_sentence(const CoreConfig& config) {
   const std::int32_t upper_uV = foreign_overvoltage_margin_uV(config);
   return "they watch no cell by themselves and keep no limits: nothing but the daemon opens the pack, and its limits "

@@ -21,7 +21,7 @@ Json whole(bool is_known, double value) {
   return or_null(is_known, std::llround(value));
 }
 
-/// Adds `key`_permille, `key`_sigma_permille and, if it is told, which cell it is.
+/// Adds `key`_permille and `key`_sigma_permille.
 void put(Json& to, const std::string& key, const HealthFigure& figure) {
   to[key + "_permille"] = or_null(figure.is_known, figure.permille);
   to[key + "_sigma_permille"] = or_null(figure.is_known, figure.sigma_permille);

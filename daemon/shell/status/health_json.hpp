@@ -1,5 +1,5 @@
-// The cells' health as JSON (daemon/core/estimation/health/cell_health.hpp): of the pack, and of every cell its
-// capacity, its resistance, and what is left of both. What is not known is null.
+// The health of the cells as JSON (daemon/core/estimation/health/cell_health.hpp): of the pack, and for every cell its
+// capacity, its resistance, and the SOH by both. An unknown value is null.
 #pragma once
 
 #include "daemon/shell/json/core_view.hpp"
@@ -9,7 +9,7 @@ namespace bmu {
 /// Of the pack, without the cells themselves.
 [[nodiscard]] Json pack_health_json(const CoreView& view);
 
-/// The same, and of every module each cell's.
+/// The same, and the values of each cell of every module.
 [[nodiscard]] Json health_json(const CoreView& view);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// How well the control loop keeps its time.
+// Timing of the control loop.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 namespace bmu {
 
 struct LoopCounters {
-  std::uint64_t ticks_late = 0;  // decided more than a tick's period after they were due
-  Duration latest{};             // the worst of all
+  std::uint64_t ticks_late = 0;  // decided more than a tick period after they were due
+  Duration latest{};             // maximum delay of a tick
   std::uint64_t wake_ups = 0;
-  /// What was heard and seen back so far, as bits on the wire: of each port, and of a shared bus with the internal one.
+  /// Bits on the wire received and echoed so far, of each port; a shared bus counts at the port that serves it.
   std::array<std::uint64_t, port_count> bits_seen{};
 };
 

@@ -1,4 +1,4 @@
-// What is measured, as JSON: a value with its validity and age, and the spread of one over the pack.
+// Measured values as JSON: a value with its validity and age, and minimum, maximum and average of one over the pack.
 #pragma once
 
 #include <cmath>

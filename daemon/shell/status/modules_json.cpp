@@ -29,9 +29,9 @@ std::string serial_text(std::uint32_t serial_number) {
   return "serial number " + std::to_string(serial_number);
 }
 
-// --- what is wrong, in words ----------------------------------------------------------------------------------------
+// --- errors, as text ------------------------------------------------------------------------------------------------
 
-/// Of modules that never tell it nothing is wrong with who they are.
+/// Modules that never report an identity have no identity error.
 std::string_view place_text(const ModuleRecord& module, const CoreView& view) {
   return are_modules_ours(view.core.config()) ? to_text(view.core.finding(module).place) : "not told";
 }
@@ -87,7 +87,7 @@ Texts kind_problems(const ModuleRecord& module) {
   return texts;
 }
 
-/// What the bits mean its maker does not tell.
+/// The maker does not publish the meaning of the bits.
 Texts maker_problems(const ModuleRecord& module) {
   if (!module.status.is_valid() || module.status.value.maker_errors == 0) return {};
   return {module_name(module.config.node) + " tells errors of its maker's, " +
@@ -217,7 +217,7 @@ Json strangers_json(const CoreView& view) {
   return strangers;
 }
 
-/// It has the number it was to be given.
+/// The module has the requested node number already.
 bool is_there_already(const ModuleAssignment& assignment) {
   return assignment.stage() == AssignmentStage::refused && assignment.refusal() == AssignmentRefusal::already_there;
 }

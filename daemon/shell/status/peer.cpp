@@ -10,12 +10,12 @@ namespace {
 
 static_assert(sizeof(gid_t) == sizeof(std::uint32_t));
 
-/// None where the kernel does not say (before Linux 4.13): then the first group alone counts.
+/// Empty where the kernel does not report them (before Linux 4.13): then the primary group alone counts.
 std::vector<std::uint32_t> more_groups_of(int socket) {
   std::vector<std::uint32_t> groups(32);
   auto bytes = static_cast<socklen_t>(groups.size() * sizeof(std::uint32_t));
   int result = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &bytes);
-  if (result != 0 && errno == ERANGE) {  // it has said how many bytes there are
+  if (result != 0 && errno == ERANGE) {  // `bytes` is now the size that is needed
     groups.resize(bytes / sizeof(std::uint32_t));
     result = ::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &bytes);
   }

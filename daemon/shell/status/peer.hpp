@@ -1,4 +1,5 @@
-// Who asks on the status socket, by the kernel's word at the time it connected: nothing of it is the client's to say.
+// Credentials of a client of the status socket, as the kernel reports them for the time of connecting: the client has
+// no influence on them.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +8,17 @@
 namespace bmu {
 
 struct Peer {
-  /// What nobody has, for a peer the kernel says nothing of.
+  /// Id that no account has, for a peer without credentials.
   static constexpr std::uint32_t nobody = 0xFFFF'FFFF;
 
   std::uint32_t user_id = nobody;
   std::uint32_t group_id = nobody;
   std::vector<std::uint32_t> more_groups{};  // supplementary ones
   std::int64_t process_id = 0;               // 0: of another namespace, which has no number here
-  std::uint64_t connection = 0;              // the socket's own number for it, never used twice; 0: none
+  std::uint64_t connection = 0;              // number of the connection, never used twice; 0: none
 };
 
-/// Of a connected Unix socket (SO_PEERCRED, SO_PEERGROUPS).
+/// The peer of a connected Unix socket (SO_PEERCRED, SO_PEERGROUPS).
 [[nodiscard]] Peer peer_of(int socket);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// A span of time in words, as the daemon says it and bmuctl shows it.
+// Text of a span of time, as the daemon and bmuctl show it.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace bmu {
 
-/// "417 ms", "14.3 s", "2 min 5 s", "3 h 20 min"; what is below 0 in milliseconds.
+/// "417 ms", "14.3 s", "2 min 5 s", "3 h 20 min"; negative values in milliseconds.
 [[nodiscard]] inline std::string span_text_of_ms(std::int64_t ms) {
   const std::int64_t s = ms / 1000;
   if (ms < 1'000) return std::to_string(ms) + " ms";

@@ -27,7 +27,7 @@ constexpr std::size_t rejected_ids_shown = 5;
 
 // --- measurements ---------------------------------------------------------------------------------------------------
 
-/// Of its source; null where there is none.
+/// With its source; null without one.
 void put_intake_air(JsonText& to, const StatusView& view) {
   const IntakeAirConfig& air = view.core.config().intake_air;
   if (air.source == AirSource::none) return to.put("intake_air", nullptr);
@@ -65,7 +65,7 @@ std::optional<std::int64_t> in_ms(const std::optional<Duration>& span) {
   return span ? std::optional(to_ms(*span)) : std::nullopt;
 }
 
-/// State of energy, at the load that it is for.
+/// State of energy, with the load that it applies to.
 void put_energy_left(JsonText& to, const StatusView& view) {
   const EnergyLeft energy = energy_left(view.core.estimate(), view.core.config());
   to.put("energy_left_mWh", if_known(energy.is_known, in_mWh(energy.energy_Wh)));
@@ -73,7 +73,7 @@ void put_energy_left(JsonText& to, const StatusView& view) {
   to.put("energy_left_load_mA", if_known(energy.is_known, std::llround(energy.load_A * 1e3)));
 }
 
-/// What each method says of the pack's emptiest and fullest cell is in `cells`; here the chosen one's.
+/// The values of the chosen method; those of each method for all cells are in `cells`.
 void put_charge(JsonText& to, const StatusView& view) {
   const ChargeState& charge = view.core.charge();
   const PackEstimate& estimate = view.core.estimate();
@@ -108,7 +108,7 @@ std::string_view name_of(std::span<const RawName> names, std::int64_t raw) {
   return found == names.end() ? "?" : found->name;
 }
 
-/// The bits of elithion's state that are set, by their names: "K1 on, K3 on".
+/// Names of the set bits of the elithion state: "K1 on, K3 on".
 std::string elithion_state_text(std::uint8_t state) {
   constexpr std::array<std::string_view, 5> names{"fault", "K1 on", "K2 on", "K3 on", "relay fault"};
   std::string text;
@@ -119,7 +119,7 @@ std::string elithion_state_text(std::uint8_t state) {
   return text.empty() ? "no fault, contactors off" : text;
 }
 
-/// In the words of the dialect.
+/// Text of the state in the dialect.
 std::string vehicle_state_text(VehicleDialect dialect, std::uint8_t state) {
   switch (dialect) {
     case VehicleDialect::iha: break;
@@ -133,8 +133,7 @@ std::string_view mode_text(internal_bus::Mode mode) {
   return name_of(internal_bus::mode_names, static_cast<std::int64_t>(mode));
 }
 
-/// For the eye alone: contacts and inputs, or what the unit says of them while the lines of this machine cannot be
-/// read.
+/// For display only: contacts and inputs, or those that the PDU reports while the lines of this machine cannot be read.
 struct SwitchesSeen {
   Measured<PduState> pdu;
   bool is_heard = false;
@@ -228,7 +227,7 @@ void put_limits(JsonText& to, const Core& core) {
   });
 }
 
-/// Permissible, beside the currents.
+/// Permissible powers, in addition to the currents.
 void put_power_limits(JsonText& to, const Core& core) {
   const PowerLimits powers = core.power_limits();
   const auto put_one = [&to](std::string_view name, const PowerLimit& power) {
@@ -283,14 +282,14 @@ void put_wear(JsonText& to, const Core& core) {
   });
 }
 
-/// Bits by the names of the inputs they stand for.
+/// Bits by the names of their inputs.
 void put_bits(JsonText& to, std::string_view name, unsigned bits, const std::vector<std::string_view>& names) {
   to.object(name, [&] {
     for (std::size_t i = 0; i < names.size(); ++i) to.put(names[i], ((bits >> i) & 1U) != 0);
   });
 }
 
-/// As of the last look; null if it failed.
+/// Levels of the last read; null if it failed.
 void put_levels(JsonText& to, const StatusView& view) {
   const GpioLines& lines = view.lines->lines();
   const LineImage& image = view.lines->last();
@@ -313,7 +312,7 @@ void put_levels(JsonText& to, const StatusView& view) {
   });
 }
 
-/// The lines of this machine; null where the pack file has none.
+/// The GPIO lines of this machine; null if the pack file has none.
 void put_lines(JsonText& to, const StatusView& view) {
   if (view.lines == nullptr) return to.put("lines", nullptr);
   const GpioLines& lines = view.lines->lines();
@@ -325,7 +324,7 @@ void put_lines(JsonText& to, const StatusView& view) {
   });
 }
 
-/// The file the state is kept in; null where there is none.
+/// The state file; null if there is none.
 void put_store(JsonText& to, const StatusView& view) {
   const StateStore& store = view.store;
   if (store.path().empty()) return to.put("store", nullptr);
@@ -342,7 +341,7 @@ void put_store(JsonText& to, const StatusView& view) {
   });
 }
 
-/// What is recorded, and where it goes; null where nothing is.
+/// The recorder and its files; null if nothing is recorded.
 void put_recorder(JsonText& to, const StatusView& view) {
   if (view.recorder == nullptr) return to.put("recorder", nullptr);
   const RecorderStatus status = view.recorder->status();
@@ -361,7 +360,7 @@ void put_recorder(JsonText& to, const StatusView& view) {
   });
 }
 
-/// The database of minutes; null where there is none.
+/// The database of the history; null if there is none.
 void put_history(JsonText& to, const StatusView& view) {
   if (view.history.path().empty()) return to.put("history", nullptr);
   const HistoryHealth health = view.history.health();
@@ -391,7 +390,7 @@ void put_fault_names(JsonText& to, std::string_view name, const Core& core, bool
 
 // --- buses ----------------------------------------------------------------------------------------------------------
 
-/// Null for a bus that is no interface. What its driver does not tell is null, too.
+/// Null for a bus that is not an interface. A value that its driver does not report is null, too.
 void put_controller(JsonText& to, const std::string& bus_name, const StatusView& view) {
   const auto report = view.links == nullptr ? std::nullopt : view.links->report(bus_name);
   if (!report) return to.put("controller", nullptr);
@@ -415,7 +414,7 @@ void put_controller(JsonText& to, const std::string& bus_name, const StatusView&
 void put_port(JsonText& to, Port port, const StatusView& view) {
   const BusPort& bus = view.buses.serving(port);
   const PortStatus& counts = view.core.port(port);
-  const bool is_judged = &bus == &view.buses.internal();  // the pack file says nothing of the other's
+  const bool is_judged = &bus == &view.buses.internal();  // view.rate is that of the internal bus alone
   const std::uint32_t rate_bit_per_s = bus.rate_bit_per_s();
   const Port counted = view.buses.served_by[static_cast<std::size_t>(port)];
   to.put("port", to_text(port));
@@ -437,7 +436,7 @@ void put_port(JsonText& to, Port port, const StatusView& view) {
   to.put("last_error", bus.last_error());
 }
 
-/// The reports' identifiers are ours, too: where both buses are one, somebody else may send them there.
+/// Includes the identifiers of the vehicle reports: where both buses are one, another node may send them there.
 MessageMatch find_message(std::uint32_t id, const Core& core) {
   const CoreConfig& config = core.config();
   const MessageMatch foreign = are_modules_ours(config) ? MessageMatch{} : config.foreign.driver->catalogue->find(id);
@@ -475,7 +474,7 @@ void put_most_rejected(JsonText& to, const Core& core) {
   });
 }
 
-/// Each reason there is with how often it was one.
+/// The count of each reason.
 template <class Reason, std::size_t Size>
 void put_by_reason(JsonText& to, std::string_view name, const std::array<std::uint64_t, Size>& counts) {
   to.object(name, [&] {
@@ -485,7 +484,7 @@ void put_by_reason(JsonText& to, std::string_view name, const std::array<std::ui
 
 void put_receive(JsonText& to, const Core& core) {
   const ReceiveCounts counts = core.receive_counts();
-  const RefusedResults& refused = core.sensors().refused;  // sound frames whose result is none
+  const RefusedResults& refused = core.sensors().refused;  // valid frames without a usable result
   to.object("receive", [&] {
     to.put("accepted", counts.accepted);
     to.put("rejected", counts.rejected_total());
@@ -596,7 +595,7 @@ void put_charger_unit(JsonText& to, std::size_t index, const StatusView& view) {
   to.put("values_unknown", unit.values_unknown);
 }
 
-/// Null where no charger is driven.
+/// Null if no charger is controlled.
 void put_charger(JsonText& to, const StatusView& view) {
   const ChargerTable& table = view.core.chargers();
   if (!table.is_there()) return to.put("charger", nullptr);
@@ -618,7 +617,7 @@ void put_charger(JsonText& to, const StatusView& view) {
   });
 }
 
-/// Null where no inverter is told anything. `told` is what it is told now, and what is left out is null.
+/// Null without an inverter. The limits and values reported to it are the present ones; one that is not sent is null.
 void put_inverter(JsonText& to, const StatusView& view) {
   const InverterWatch& watch = view.core.inverter();
   if (!watch.is_there()) return to.put("inverter", nullptr);
@@ -664,7 +663,7 @@ void put_current_sensor(JsonText& to, std::string_view name, const Measured<std:
   });
 }
 
-/// How a sensor that is asked for its settings is set up; null where none is.
+/// Setup of a sensor that is queried for its settings; null if there is none.
 void put_sensor_setup(JsonText& to, std::string_view name, const SensorSetup& setup, bool is_configured,
                       const StatusView& view) {
   if (!setup.is_there()) return to.put(name, nullptr);
@@ -679,7 +678,7 @@ void put_sensor_setup(JsonText& to, std::string_view name, const SensorSetup& se
   });
 }
 
-/// Who tells the currents.
+/// The sensors that measure the currents.
 void put_sensor(JsonText& to, const StatusView& view) {
   const SensorConfig& config = view.core.config().sensor;
   const SensorTable& sensors = view.core.sensors();
@@ -700,7 +699,7 @@ void put_sensor(JsonText& to, const StatusView& view) {
   });
 }
 
-/// Null where no monitor is heard itself.
+/// Null if no monitor is received directly.
 void put_insulation(JsonText& to, const StatusView& view) {
   const InsulationTable& table = view.core.insulation();
   if (!table.is_there()) return to.put("insulation", nullptr);
@@ -730,7 +729,7 @@ void put_insulation(JsonText& to, const StatusView& view) {
   });
 }
 
-/// Null where no second pack is expected; what is too old is null.
+/// Null if no second pack is expected; a stale value is null.
 void put_second_pack(JsonText& to, const StatusView& view) {
   const SecondPack& pack = view.core.second_pack();
   if (!pack.is_expected()) return to.put("second_pack", nullptr);
@@ -763,7 +762,7 @@ void put_second_pack(JsonText& to, const StatusView& view) {
   });
 }
 
-/// Null where no requests for data are answered.
+/// Null if requests for data are not answered.
 void put_requests(JsonText& to, const Core& core) {
   if (core.config().vehicle.request_id == 0) return to.put("requests", nullptr);
   const CellRequests::Counts& counts = core.cell_requests();

@@ -1,5 +1,5 @@
-// What bmuctl is told about the running daemon, as JSON: the members of an answer. Keys carry the unit tokens of the
-// code; what is not known, too old or not valid is null, with its validity and age beside it. Reads the core, changes
+// Status of the running daemon for bmuctl, as JSON: the members of a reply. Keys carry the unit tokens of the code; a
+// value that is unknown, stale or invalid is null, with its validity and age beside it. Reads the core, changes
 // nothing.
 #pragma once
 
@@ -7,13 +7,13 @@
 
 namespace bmu {
 
-/// The whole at a glance: state, pack values, limits, faults by name, buses, modules, last closing and opening.
+/// The overview: state, pack values, limits, faults by name, buses, modules, last closing and opening.
 void put_status(JsonText& to, const StatusView& view);
-/// Every cell: voltages, temperatures, balancing and ages by module, with the limits they are judged by. In
+/// Every cell: voltages, temperatures, balancing and ages by module, with the limits that apply to them. In
 /// cells_json.cpp.
 void put_cells(JsonText& to, const StatusView& view);
-/// Every row of the fault table with what was seen and what is remembered; times of the wall clock are ms since 1970,
-/// null where nobody had told it. In faults_json.cpp.
+/// Every row of the fault table with its readings and records; times of the wall clock are ms since 1970, null where it
+/// was unknown. In faults_json.cpp.
 void put_faults(JsonText& to, const StatusView& view);
 
 }  // namespace bmu

@@ -20,7 +20,7 @@ constexpr std::int64_t period_min_ms = 50;
 constexpr std::int64_t period_max_ms = 60'000;
 constexpr std::int64_t period_default_ms = 500;
 
-/// {"ok":true,"cmd":COMMAND,...}: `put_members` puts what follows.
+/// {"ok":true,"cmd":COMMAND,...}: `put_members` puts the other members.
 template <class PutMembers>
 std::string written_line(std::string_view command, PutMembers&& put_members) {
   JsonText line;
@@ -49,10 +49,10 @@ StatusReply answer_written(const StatusRequests& requests, const Json& request, 
 struct CommandRow {
   CommandRight takes;
   StatusReply (*answer)(const StatusRequests&, const Json& request, const Peer& peer);
-  std::array<std::string_view, 3> keys{};  // besides "cmd"; those left are empty
+  std::array<std::string_view, 3> keys{};  // besides "cmd"; unused ones are empty
 };
 
-/// A row's function that is a member.
+/// Answers with a member function.
 template <auto Member>
 StatusReply answer_by(const StatusRequests& requests, const Json& request, const Peer& peer) {
   return (requests.*Member)(request, peer);
@@ -88,14 +88,14 @@ std::string known_commands() {
   return names;
 }
 
-/// What somebody sent, as short as people want it, in ASCII: of whatever bytes it was.
+/// A received value as short ASCII text, whatever bytes it has.
 std::string excerpt(const Json& value) {
   constexpr std::size_t length_max = 40;
   const std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
   return text.size() <= length_max ? text : text.substr(0, length_max) + "...";
 }
 
-/// The keys of a request that its command does not know, for people; "" if there are none.
+/// The keys of a request that are unknown to its command, for people; "" if there are none.
 std::string unknown_keys(const Json& request, const CommandRow& row) {
   constexpr std::size_t names_length_max = 100;
   std::string names;
@@ -125,7 +125,7 @@ Json present_faults(const StatusView& view) {
   return names;
 }
 
-/// A whole number within these bounds; nothing if it is missing or anything else.
+/// A whole number within these bounds; no value if it is missing or anything else.
 std::optional<std::int64_t> number_of(const Json& request, const char* key, std::int64_t min, std::int64_t max) {
   if (!request.contains(key) || !request[key].is_number_integer()) return std::nullopt;
   if (request[key].is_number_unsigned() && request[key].get<std::uint64_t>() > std::uint64_t{INT64_MAX}) {
@@ -135,7 +135,7 @@ std::optional<std::int64_t> number_of(const Json& request, const char* key, std:
   return value >= min && value <= max ? std::optional(value) : std::nullopt;
 }
 
-/// "\"node\": found 64, wanted a number from 1 to 63"
+/// "\"node\": found 64, wanted a whole number from 1 to 63"
 StatusReply bad_argument(const Json& request, const char* key, std::string_view wanted) {
   const std::string found = request.contains(key) ? excerpt(request[key]) : "nothing";
   return refusal("bad_argument", "\"" + std::string(key) + "\": found " + found + ", wanted " + std::string(wanted));
@@ -170,7 +170,7 @@ std::vector<CommandRight> command_rights() {
 
 StatusReply StatusRequests::answer(std::string_view request, const Peer& peer) const {
   try {
-    // Before anything else: who may not read is not told either which commands there are.
+    // First: a peer that may not read gets no list of the commands either.
     if (!actions_.access.may(peer, Right::read)) {
       return {.line = actions_.access.refuse(peer, Right::read, "read here", view().now)};
     }

@@ -1,4 +1,4 @@
-// The commands a client of the status socket may give, one row each: the right it takes, and what it is answered with.
+// The commands of the status socket, one row each: the right that it requires, and its reply.
 #pragma once
 
 #include <cstdint>
@@ -13,31 +13,31 @@
 
 namespace bmu {
 
-/// What the commands need of the daemon.
+/// Functions of the daemon that the commands use.
 struct StatusActions {
   std::function<StatusView()> make_view;
-  /// Returns when the command has been decided on: the reply tells what it did.
+  /// Returns when the command has been decided on: the reply reports its effect.
   std::function<void(const CommandGiven&)> carry_out;
-  /// Who did what, for the log.
+  /// The log of actions, with their users.
   std::function<void(std::string_view)> log;
   Access& access;
-  /// Takes up the pack file anew: refused, or answered once it is known how that went.
+  /// Reloads the pack file: refused, or answered once the result is known.
   std::function<StatusReply(const Peer&)> reload;
 };
 
 /// {"ok":true,"cmd":COMMAND,...}
 [[nodiscard]] std::string reply_line(std::string_view command, const Json& content);
-/// A reply that says why nothing was done.
+/// A reply with the reason why nothing was done.
 [[nodiscard]] StatusReply refusal(std::string_view code, std::string_view why);
 
-/// What a command takes: `right`, and control where its request has the key `control_key`.
+/// Right that a command requires: `right`, and control where its request has the key `control_key`.
 struct CommandRight {
   std::string_view name;
   Right right{};
   std::string_view control_key;  // "": none
 };
 
-/// Of every command there is.
+/// Of all commands.
 [[nodiscard]] std::vector<CommandRight> command_rights();
 
 class StatusRequests {
@@ -46,7 +46,7 @@ class StatusRequests {
 
   /// One request line in, one reply line out; never throws.
   [[nodiscard]] StatusReply answer(std::string_view request, const Peer& peer) const;
-  /// What watching clients get each period: status, cells, faults and why of one instant, as one line.
+  /// Content for watching clients, once each period: status, cells, faults and why of one instant, as one line.
   [[nodiscard]] std::string picture() const;
 
   // The rows' functions.

@@ -20,14 +20,14 @@ struct StatusSocket::Client {
   Peer peer;
   std::string input;
   std::string output;
-  std::size_t output_sent = 0;  // of `output`
+  std::size_t output_sent = 0;  // bytes of `output`
   std::optional<Duration> picture_period;
   TimePoint picture_at{};
-  std::size_t unread_seen = 0;  // by the last look whether a picture is due
-  TimePoint took_at{};          // when less was unread than at the look before
-  std::uint64_t asked_at = 0;   // in requests of all
-  bool awaits_answer = false;   // one that comes later
-  bool has_ended = false;       // sends no more; what it asked is still answered
+  std::size_t unread_seen = 0;  // at the last check whether a picture is due
+  TimePoint took_at{};          // last check at which less was unread than before
+  std::uint64_t asked_at = 0;   // number of its last request, counted over all clients
+  bool awaits_answer = false;   // a deferred one
+  bool has_ended = false;       // sends no more; its requests are still answered
   bool is_closing = false;      // close once everything is written
   bool is_finished = false;     // to be removed
 
@@ -64,7 +64,7 @@ const sockaddr* plain(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-/// Any other directory that is missing is more likely a slip of the pen than a wish.
+/// Another directory that is missing is more likely a typing error than intended.
 Result<void, OsError> make_own_directory(const std::string& path, const std::string& own_directory) {
   const std::size_t slash = path.rfind('/');
   if (slash == std::string::npos || slash == 0) return {};
@@ -80,7 +80,7 @@ Result<void, OsError> make_own_directory(const std::string& path, const std::str
                           " (make it, run as a service, or name another place with --socket)"));
 }
 
-/// A socket file nobody listens behind was left by a daemon that died.
+/// A socket file without a listener was left by a daemon that died.
 Result<void, OsError> remove_stale(const std::string& path, const sockaddr_un& address) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return {};
@@ -128,7 +128,7 @@ Result<std::unique_ptr<StatusSocket>, OsError> StatusSocket::open(const StatusSo
   if (::bind(listener.get(), plain(*address), sizeof(*address)) != 0) {
     return failure(os_error("bind the status socket " + options.path));
   }
-  // Before listen() nobody gets in, so there is no moment with the wrong mode.
+  // Before listen() no client can connect, so the mode is right for each of them.
   if (!set_mode(options) || ::listen(listener.get(), backlog) != 0 ||
       !add_to_poll(poll.get(), listener.get(), EPOLLIN)) {
     return failure(os_error("status socket " + options.path));
@@ -170,7 +170,7 @@ void StatusSocket::serve(const Answer& answer) {
                                      [&](const auto& one) { return one->socket.get() == event.data.fd; });
     if (client == clients_.end()) continue;
     if ((event.events & EPOLLOUT) != 0) write_to(**client);
-    // Hung up: told again and again, and there is nobody any more to whom the answer could go.
+    // Hung up: reported by every wait, and the recipient of the answer is gone.
     if ((event.events & EPOLLHUP) != 0 && (*client)->awaits_answer) (*client)->is_finished = true;
     if ((event.events & (EPOLLIN | EPOLLHUP | EPOLLERR)) != 0) read_from(**client);
   }
@@ -179,11 +179,11 @@ void StatusSocket::serve(const Answer& answer) {
 }
 
 void StatusSocket::accept_clients() {
-  // One a call: the listener stays readable while there are more.
+  // One per call: the listener stays readable while there are more.
   OwnedFd socket(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket.is_open()) {
-    // Without a descriptor left for it (EMFILE, ENFILE) a client waits on, and the listener stays readable: whoever
-    // waits for it would never sleep again.
+    // Without a descriptor left for it (EMFILE, ENFILE) a client waits on, and the listener stays readable: the loop
+    // that waits for it would never sleep again.
     if (errno != EAGAIN && errno != ECONNABORTED) hear_new_clients(false);
     return;
   }
@@ -191,7 +191,7 @@ void StatusSocket::accept_clients() {
   client->socket = std::move(socket);
   client->peer = peer_of(client->socket.get());
   client->peer.connection = ++connections_;
-  // First, so that who may not even read cannot take all connections.
+  // First, so that a user who may not even read cannot take all connections.
   if (const std::string refusal = door_ ? door_(client->peer) : ""; !refusal.empty()) {
     return turn_away(*client, refusal);
   }
@@ -214,7 +214,7 @@ bool StatusSocket::make_room_for(const Peer& peer) {
     return rank(*one) < rank(*other);
   };
   const auto found = std::min_element(clients_.begin(), clients_.end(), gives_up_before);
-  // More than the newcomer would have: else two would take turns at throwing each other out.
+  // More than the new client's user would have: otherwise two users would displace each other in turn.
   if (found == clients_.end() || (*found)->awaits_answer ||
       connections_of((*found)->peer.user_id) <= connections_of(peer.user_id) + 1) {
     return false;
@@ -248,14 +248,14 @@ void StatusSocket::read_from(Client& client) {
     return;
   }
   if (count == 0) {
-    // Level-triggered for ever from now on, so take it out of the poll unless something is left to be written.
+    // Readable (level) permanently from now on, so it is taken out of the poll unless something is left to be written.
     client.has_ended = true;
     watch_writable(client, client.unread() > 0);
     return;
   }
-  if (client.is_closing) return;  // cut off: whatever it still says
+  if (client.is_closing) return;  // cut off: further input is ignored
   client.input.append(buffer.data(), static_cast<std::size_t>(count));
-  // More than a line and a read ahead is not taken: let the sender wait until these are answered.
+  // No more than a line and one read ahead is accepted: the sender waits until these are answered.
   if (client.input.size() > options_.request_bytes_max) watch_writable(client, client.unread() > 0);
 }
 
@@ -326,8 +326,8 @@ void StatusSocket::publish(TimePoint now, const Picture& picture) {
   remove_finished();
 }
 
-/// A client that was not running for seconds, as on a machine that is busy, wants the newest picture and none of those
-/// before. Drops one that takes nothing any more.
+/// A client that was not running for seconds, as on a machine that is busy, needs the newest picture and none of those
+/// before. Drops one that reads nothing any more.
 bool StatusSocket::is_picture_due(Client& client, TimePoint now) {
   if (!client.picture_period || client.is_finished || now < client.picture_at) return false;
   const std::size_t unread = client.unread();

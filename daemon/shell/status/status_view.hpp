@@ -1,4 +1,4 @@
-// What there is to tell about a running daemon: everything the status texts may look at, at one instant.
+// View of a running daemon at one instant: everything that the status texts may read.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,9 @@ struct StatusView {
   const HistoryStore& history;
   const RateFinding& rate;
   const UserNames& users;
-  const LineFeeder* lines = nullptr;   // none: no lines of this machine
-  const Recorder* recorder = nullptr;  // none: nothing is recorded
-  const LinkWatch* links = nullptr;    // none: nobody looks after interfaces
+  const LineFeeder* lines = nullptr;   // null: no lines of this machine
+  const Recorder* recorder = nullptr;  // null: nothing is recorded
+  const LinkWatch* links = nullptr;    // null: interfaces are not monitored
   std::string_view pack_name;
   std::string_view cell_name;
   std::uint64_t reloads = 0;  // of this process; its uptime counts from the last one
@@ -38,7 +38,7 @@ struct StatusView {
   std::uint64_t clients_dropped = 0;
   TimePoint now{};
 
-  /// What is asked of the core alone.
+  /// The view of the core alone.
   operator CoreView() const {  // NOLINT(google-explicit-constructor): a part of it, without loss
     return {.core = core, .now = now, .lines = lines};
   }

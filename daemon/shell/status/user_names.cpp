@@ -4,7 +4,7 @@
 
 namespace bmu {
 
-/// Of two names of one number the first counts.
+/// The first name of an id counts.
 UserNames::UserNames(const std::string& file) {
   for (Account& account : read_accounts(file)) names_.emplace(account.number, std::move(account.name));
 }

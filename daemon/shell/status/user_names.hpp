@@ -1,4 +1,4 @@
-// Names of users, for records that say who did something. As /etc/passwd had them when it was read (account_file.hpp).
+// Names of users, for records of their actions: as in /etc/passwd when it was read (account_file.hpp).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ class UserNames {
  public:
   explicit UserNames(const std::string& file = "/etc/passwd");
 
-  /// "" for somebody who is not in the file.
+  /// "" for a user who is not in the file.
   [[nodiscard]] std::string name_of(std::uint32_t user_id) const;
   /// "anna (user 1000)", "user 1000".
   [[nodiscard]] std::string text_of(std::uint32_t user_id) const;

@@ -14,8 +14,9 @@ namespace {
 
 // --- the last opening -----------------------------------------------------------------------------------------------
 
-/// "last heard 3.2 s before opening, limit 3 s". A module may have answered just before, and not completely: values are
-/// a little older than the answer that has them, so what is younger than the limit by more than that is no silence.
+/// Age of the last reception before the opening, and its limit. A module may have answered just before, and not
+/// completely: values are a little older than the answer that has them, so a value that is younger than the limit by
+/// more than that is no silence.
 std::string heard_text(const OpeningRecord& opening, const Silence& silence, const std::string& before) {
   constexpr Duration value_age_max = 50ms;
   const TimePoint at = opening.reading.taken_at;
@@ -26,8 +27,8 @@ std::string heard_text(const OpeningRecord& opening, const Silence& silence, con
   return "last heard " + age + before + ", limit " + span_text(silence.limit);
 }
 
-/// ", last heard 3.2 s before opening, limit 3 s", ", seen 8 ms before opening"; nothing of what has no sample and is
-/// simply so when it is looked at.
+/// Age of the reading: ", seen 8 ms before opening"; "" for a condition without a sample, which is true or false when
+/// it is evaluated.
 std::string seen_text(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   if (opening.is_restored) return ", seen before the daemon started";
   const Silence silence = silence_of(row.id, view);
@@ -43,7 +44,7 @@ Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreVi
   const Reading& reading = opening.reading;
   const std::string what = reading_text(row, reading, view);
   const Duration age = opening.at - reading.taken_at;
-  const bool has_time = !opening.is_restored && reading.taken_at != TimePoint{};  // not of who was never heard
+  const bool has_time = !opening.is_restored && reading.taken_at != TimePoint{};  // not without a reception
   Json json = step("signal", text(row.meaning) + (what.empty() ? "" : ": " + what) + seen_text(opening, row, view));
   if (row.has_limit()) json[key_with_unit("value", row.unit)] = reading.is_known ? Json(reading.value) : Json(nullptr);
   json["element"] = place_json(row, reading.element, view);
@@ -133,7 +134,7 @@ std::string clearing_command(const FaultRow& row) {
   return row.latch == Latch::until_authorised ? "`bmuctl clear --authorised`" : "`bmuctl clear`";
 }
 
-/// What a fault that has latched waits for.
+/// Condition for the end of a latched fault.
 std::string latched_text(const FaultRow& row, const FaultState& state) {
   if (state.judged == Verdict::unknown) return "whether the cause is gone is not known";
   if (state.judged != Verdict::good || state.is_doubtful()) return "the cause seems to be back";
@@ -145,13 +146,13 @@ bool only_warns(const FaultRow& row, const CoreView& view) {
   return reaction_of(row, view.core.config().stricter_reactions).reaction == Reaction::warn;
 }
 
-/// What an enumerated blocker means right now: the faults, modules, sensors or inputs behind it.
+/// Details of a blocker at present: the faults, modules, sensors or inputs that it is about.
 Texts present_faults(const CoreView& view) {
   Texts texts;
   for (const FaultRow& row : fault_table()) {
     const FaultState& state = view.core.faults().state(row.id);
     if (!state.is_present() || only_warns(row, view)) continue;
-    const Texts modules = problems_of(row.id, view);  // with nodes and serial numbers, where it is about who is there
+    const Texts modules = problems_of(row.id, view);  // with nodes and serial numbers, if the modules are the subject
     const std::string what = modules.empty() ? confirmed_text(row, state, view) : joined(modules);
     std::string line = text(row.meaning) + (what.empty() ? "" : " (" + what + ")");
     if (state.stage == FaultStage::latched) line += ", " + latched_text(row, state);
@@ -161,7 +162,7 @@ Texts present_faults(const CoreView& view) {
   return texts;
 }
 
-/// What keeps a fault that a clear command did not end.
+/// Reason why a fault was not ended by a clear command.
 std::string staying_reason(const FaultRow& row, const FaultState& state, const CoreView& view) {
   const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
   if (state.stage == FaultStage::latched) {
@@ -259,7 +260,7 @@ Texts suspected_faults(const CoreView& view) {
   return texts;
 }
 
-/// Whose word is missing: the unit's, or that of lines of this machine, without which the unit's alone is not enough.
+/// The missing status: of the PDU, or of lines of this machine, without which that of the PDU alone is not enough.
 Texts silent_sources(const CoreView& view) {
   const SensorTable& sensors = view.core.sensors();
   const CoreConfig& config = view.core.config();
@@ -319,7 +320,7 @@ std::string blocker_text(Blocker blocker, const CoreView& view) {
   return text(to_text(blocker)) + (details.empty() ? "" : ": " + details);
 }
 
-/// What it would take for somebody to ask: an edge of one of the two lines.
+/// Condition for a close request: an edge of one of the two inputs.
 std::string asking_text(const CoreView& view) {
   const PduState& pdu = view.core.sensors().pdu.value;
   if (!pdu.vehicle_on && !pdu.charger_connected) return "vehicle-on or charger-connected has to come on for that";
@@ -361,9 +362,9 @@ Json state_chain(const CoreView& view) {
           {"steps", std::move(steps)}};
 }
 
-// --- what somebody may do about it ---
+// --- actions ---
 
-/// About each fault that stands against closing; where there is none, about the foremost blocker.
+/// For each fault that inhibits closing; where there is none, for the foremost blocker.
 Json to_do_list(const CoreView& view) {
   Json list = Json::array();
   for (const FaultRow& row : fault_table()) {

@@ -13,15 +13,15 @@ namespace bmu {
 
 namespace {
 
-/// How a measured reason takes from the current.
+/// How a measured cause reduces the current.
 enum class Way : std::uint8_t {
-  line,   // from one value on, down to nothing at another
-  table,  // a share of it
-  held,   // as much as leaves a voltage where it is held
+  line,   // from one value on, down to zero at another
+  table,  // to a share of it
+  held,   // to the current that keeps a voltage at its limit
 };
 
-/// A reason that is measured: in which unit, what is looked at, and where in the pack file its limits stand, or in the
-/// cell file, behind the direction.
+/// A measured cause: its unit, its input, and the place of its limits in the pack file, or in the cell file, where it
+/// follows the direction.
 struct CauseRow {
   LimitCause cause;
   Unit unit;
@@ -56,7 +56,7 @@ const CauseRow* find_row(LimitCause cause) {
   return row == std::end(cause_table) ? nullptr : row;
 }
 
-/// What the pack file says of one direction.
+/// Settings of the pack file for one direction.
 struct DirectionConfig {
   std::string_view name;
   std::int32_t continuous_mA;
@@ -95,7 +95,7 @@ Json measured_signal(const CauseRow& row, const CurrentLimit& limit) {
   return json;
 }
 
-/// "from 3.0000 V on the limit falls from 80.0 A to zero at 2.8000 V", of a peak to what stands for ever.
+/// "from 3.0000 V on the limit falls from 80.0 A to zero at 2.8000 V"; a peak falls to the continuous current.
 std::string line_text(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = row.cause == LimitCause::overload;
   const std::string ends = is_peak ? current_text(config.continuous_mA) + ", which stand for ever; with " +
@@ -105,7 +105,7 @@ std::string line_text(const CauseRow& row, const CurrentLimit& limit, const Dire
          current_text(limit.unhindered_mA) + " to " + ends;
 }
 
-/// "cell/derating/charge_over_temperature: 250 permille of 20.0 A".
+/// "cell/derating/charge_over_temperature: leaves 25.0 % of 20.0 A".
 Json table_limit(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
   const std::string place = "cell/derating/" + text(config.name) + "_" + text(row.place);
   Json json = step("limit", place + ": leaves " + value_text(Unit::permille, limit.derates_from) + " of " +
@@ -139,7 +139,7 @@ Json measured_limit(const CauseRow& row, const CurrentLimit& limit, const Direct
 
 // --- the others -----------------------------------------------------------------------------------------------------
 
-/// Each fault that asks for zero current in this direction; one would do.
+/// Each fault that requires zero current in this direction; one would be enough.
 Json fault_steps(Concerns direction, const CoreView& view) {
   Json steps = Json::array();
   for (const FaultRow& row : fault_table()) {
@@ -167,13 +167,13 @@ Json phase_step(const CoreView& view) {
 }
 
 /// Where the pack file leaves a peak out it is the warning of the overcurrent (config/checks/pack_defaults.cpp); which
-/// of the two was written is not known any more.
+/// of the two was configured is unknown here.
 std::string peak_origin(const DirectionConfig& config) {
   if (config.peak_mA != config.overcurrent_warn_mA) return {};
   return " (where it is left out: limits/" + text(config.name) + "_overcurrent/warn_mA)";
 }
 
-/// Nothing speaks against what the pack file allows.
+/// Nothing reduces the configured limit.
 Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = limit.cause == LimitCause::peak;
   Json json = step(
@@ -187,7 +187,7 @@ Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   return json;
 }
 
-/// "component_limits: main fuse bears 100 A": what it bears is the limit.
+/// "component_limits: main fuse bears 100 A": its rating is the limit.
 Json part_step(const CurrentLimit& limit, const CoreConfig& config) {
   const std::string name = part_text(limit, config);
   Json json = step("limit", "component_limits: " + name + " bears " + current_text(limit.limit_mA));
@@ -220,7 +220,7 @@ Json power_step(const CurrentLimit& limit) {
   return json;
 }
 
-/// Reasons that are a word of the pack file, or the limit's own past.
+/// Causes that are a setting of the pack file, or the previous limit.
 Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig& config) {
   const DirectionConfig names = config_of(direction, config);
   if (limit.cause == LimitCause::component) return part_step(limit, config);

@@ -1,4 +1,4 @@
-// Why no more current: each limit as a chain from the signal over the row that limits to the current that is left.
+// Explanation of the current limits: each as a chain from the signal over the limiting row to the remaining current.
 #pragma once
 
 #include <string>
@@ -10,11 +10,12 @@
 
 namespace bmu {
 
-/// Of the cause `component`: its name in the pack file.
+/// For the cause `component`: its name in the pack file.
 [[nodiscard]] std::string part_text(const CurrentLimit& limit, const CoreConfig& config);
 
-/// {"limit_mA", "cause"} and, by the cause: "part"; "target_mA"; or value, input, element, "unhindered_mA" and what it
-/// does with the current: "derates_from" and "threshold" of a line, "share_permille" of a table, "holds" of a voltage.
+/// {"limit_mA", "cause"} and, by the cause: "part"; "target_mA"; "pack_voltage_mV" and "power_max_W"; or value, input,
+/// element, "unhindered_mA" and the effect on the current: "derates_from" and "threshold" of a line, "share_permille"
+/// of a table, "holds" of a voltage.
 [[nodiscard]] Json limit_json(const CurrentLimit& limit, const CoreConfig& config);
 
 /// {"text": a sentence, "steps": [signal, limit, decision]}. `direction` is charge or discharge.

@@ -11,7 +11,7 @@ namespace bmu {
 
 namespace {
 
-/// "040 CONTACTOR_COMMAND, 083 COMMAND": under which identifiers somebody else has sent what only the master may.
+/// "040 CONTACTOR_COMMAND, 083 COMMAND": identifiers under which another node has sent frames of the master.
 void add_foreign_frames(const Catalogue& catalogue, const ReceiveCheck& check, Texts& ids) {
   for (const MessageSpec* message : catalogue.messages()) {
     if (message->sender != Sender::bmu) continue;
@@ -42,7 +42,7 @@ std::string foreign_frames(const CoreView& view) {
   return joined(ids) + more;
 }
 
-/// Faults of inputs: those of the unit come first, the lines of this machine are numbered behind them.
+/// Faults of inputs: those of the PDU come first, the lines of this machine are numbered after them.
 struct InputRow {
   FaultId fault;
   std::string_view what;

@@ -1,4 +1,4 @@
-// The words that answers to "why" are made of: spans of time, places, what was seen, one step of a chain.
+// Texts of which replies to "why" are composed: spans of time, places, readings, one step of a chain.
 #pragma once
 
 #include <string>
@@ -22,42 +22,42 @@ using Texts = std::vector<std::string>;
 /// "3.2 s ago", "never".
 [[nodiscard]] std::string ago_text(const CoreView& view, TimePoint at);
 [[nodiscard]] std::string capitalised(std::string sentence);
-/// All with a comma between.
+/// All, separated by commas.
 [[nodiscard]] std::string joined(const Texts& texts);
 
-/// {"kind":..., "text":...}: one link of a chain, to which its numbers are added.
+/// {"kind":..., "text":...}: one step of a chain, to which its numbers are added.
 [[nodiscard]] Json step(std::string_view kind, std::string sentence);
 
-/// Where a fault was seen: "cell 2.7 (no. 19)", "emergency stop 1 of the unit", "emergency stop \"cockpit\" of this
-/// machine"; "" for the pack.
+/// Place of a fault: "cell 2.7 (no. 19)", "emergency stop 1 of the unit", "emergency stop \"cockpit\" of this machine";
+/// "" for the pack.
 [[nodiscard]] std::string place_text(const FaultRow& row, const Element& element, const CoreView& view);
-/// As element_json(), with the place in these words.
+/// As element_json(), with the place in this form.
 [[nodiscard]] Json place_json(const FaultRow& row, const Element& element, const CoreView& view);
-/// "cell 2.7 (no. 19): 2.8512 V", "module 3", or what the row says when there is nothing to point at.
+/// "cell 2.7 (no. 19): 2.8512 V", "module 3", or the fault's own text if it has no place to point at.
 [[nodiscard]] std::string reading_text(const FaultRow& row, const Reading& reading, const CoreView& view);
 
-/// "insulation_pulses, insulation_ok: /dev/gpiochip0: found no way to open it, wanted ...": which lines of this machine
-/// cannot be read or driven, and why; "" where nobody knows.
+/// "insulation_pulses, insulation_ok: /dev/gpiochip0: found no way to open it, wanted ...": lines of this machine that
+/// cannot be read or driven, and why; "" if that is unknown.
 [[nodiscard]] std::string lines_text(const CoreView& view);
 
-/// Faults that are somebody's silence: seen is the last word, and the limit is how long one may be waited for.
+/// Receive timeouts: the reading of such a fault is the last reception, and the limit the longest permitted wait.
 struct Silence {
   bool is_one = false;
-  Duration limit{};  // the least that there is
+  Duration limit{};  // the shortest that applies
 };
 [[nodiscard]] Silence silence_of(FaultId fault, const CoreView& view);
 
-/// "25.000 A given, 10.000 A asked for"; "" if it has not been seen since the start.
+/// "25.000 A given, 10.000 A asked for"; "" if there was none since the start.
 [[nodiscard]] std::string excess_text(const ChargerExcess& excess);
 
-/// What was seen when the fault was believed, as reading_text(); of a former life it says so, and what is not known. Of
-/// one whose cause is gone it says that this was seen last, and what is seen now.
+/// The reading at which the fault was confirmed, as reading_text(); with a note if it is restored from a previous
+/// session, or unknown. If the cause is gone it is marked as the last reading, and the present one is added.
 [[nodiscard]] std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view);
 
-/// The key of the pack file that explains the fault, by what is seen now; "" where none does.
+/// The key of the pack file that explains the fault, by the present readings; "" if none does.
 [[nodiscard]] std::string likely_text(const FaultRow& row, const CoreView& view);
 
-/// What the lines of this machine are called whose bits are set, `what` before each: "emergency stop \"cockpit\"".
+/// Names of the lines of this machine with set bits, `what` before each: "emergency stop \"cockpit\"".
 [[nodiscard]] Texts line_texts(std::string_view what, GpioInputKind kind, unsigned bits, const CoreView& view);
 
 }  // namespace bmu

@@ -19,14 +19,14 @@ namespace bmu {
 
 namespace {
 
-/// How long the end waits for the kernel.
+/// Maximum wait for the thread at the end: it may hang in the kernel.
 constexpr Duration end_max = 200ms;
 /// The kernel's files hold thousandths of a degree Celsius.
 constexpr std::int64_t thousandths_per_dC = 100;
-/// Beyond these no sensor measures: the number is something else.
+/// Range of any sensor: a number beyond it is not a temperature.
 constexpr std::int64_t limit_thousandths = 1'000'000;
 
-/// Text, or why there is none.
+/// Text of the file, or the error of the system.
 Result<std::string, std::string> read_text(const std::string& file) {
   const OwnedFd fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   std::array<char, 64> text{};
@@ -51,7 +51,7 @@ struct IntakeAirReader::Shared {
 
   const std::string file;
   const Log log;
-  std::string last_problem;  // the thread's alone; "": it was read
+  std::string last_problem;  // used by the thread only; "": the file was read
 
   std::mutex mutex;
   std::condition_variable changed;

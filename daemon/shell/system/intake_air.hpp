@@ -2,8 +2,8 @@
 // hwmon device, each a decimal number of milli-degrees Celsius.
 //
 // Such a file may be behind I2C or 1-Wire, where reading it takes up to a second, so that a thread of its own reads it
-// once a second. The control loop takes what has been read, never waits, and the core makes a reading that is too old
-// unknown: a sensor that has gone, and a thread that hangs in the kernel, need no report.
+// once a second. The control loop takes the last reading and never waits, and the core treats a stale reading as
+// unknown: a sensor that was removed, and a thread that hangs in the kernel, need no report.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace bmu {
 
-/// 0.1 degrees Celsius, to nearest, from "23437\n"; nothing for any other text.
+/// 0.1 degrees Celsius, to nearest, from "23437\n"; no value for any other text.
 [[nodiscard]] std::optional<std::int32_t> air_temperature_dC(std::string_view text);
 
 class IntakeAirReader {
@@ -29,15 +29,15 @@ class IntakeAirReader {
 
   static constexpr Duration read_every = 1s;
 
-  /// After prepare_signals(), whose mask the thread inherits. `log` is called on the thread when the file begins and
-  /// ceases to be readable, and not once this is gone. The error: no thread could be had.
+  /// Precondition: prepare_signals(), because the thread inherits its mask. `log` is called on the thread when the file
+  /// becomes readable or unreadable, and never after the reader is destroyed. The error: no thread could be created.
   [[nodiscard]] static Result<std::unique_ptr<IntakeAirReader>, OsError> start(const std::string& file, Log log);
   IntakeAirReader(const IntakeAirReader&) = delete;
   IntakeAirReader& operator=(const IntakeAirReader&) = delete;
-  /// Ends the thread; one that hangs in the kernel is left behind after 200 ms.
+  /// Ends the thread; one that hangs in the kernel is detached after 200 ms.
   ~IntakeAirReader();
 
-  /// A reading that has not been taken yet; nothing if there is none, or while the thread writes it. Never waits.
+  /// A reading that has not been taken yet; no value if there is none, or while the thread writes it. Never waits.
   [[nodiscard]] std::optional<std::int32_t> take_dC();
 
  private:
@@ -45,7 +45,7 @@ class IntakeAirReader {
 
   explicit IntakeAirReader(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
-  std::shared_ptr<Shared> shared_;  // the thread's, too: it may outlive this
+  std::shared_ptr<Shared> shared_;  // shared with the thread, which may outlive this object
   std::thread thread_;
 };
 

@@ -39,7 +39,7 @@ spdlog::level::level_enum level_of(Severity severity) {
 
 /// The service manager names the journal's stream as device:inode; stderr may have been redirected since.
 bool stderr_is_journal() {
-  const char* stream = std::getenv("JOURNAL_STREAM");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* stream = std::getenv("JOURNAL_STREAM");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   struct stat status {};
   if (stream == nullptr || ::fstat(STDERR_FILENO, &status) != 0) return false;
   return std::string(stream) == std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino);
@@ -52,7 +52,7 @@ std::shared_ptr<spdlog::sinks::sink> make_sink() {
   return sink;
 }
 
-/// Counts what really was written, so that somebody can wait for it.
+/// Sink that counts the lines written, so that flush() can wait for them.
 class CountingSink final : public spdlog::sinks::sink {
  public:
   explicit CountingSink(std::shared_ptr<spdlog::sinks::sink> inner) : inner_(std::move(inner)) {}
@@ -61,7 +61,7 @@ class CountingSink final : public spdlog::sinks::sink {
     try {
       inner_->log(message);
     } catch (const std::exception&) {
-      // A journal that refuses a line has nobody to tell it to.
+      // A journal that refuses a line cannot log the refusal; it is only counted.
       ++refused_;
     }
     const std::lock_guard lock(mutex_);

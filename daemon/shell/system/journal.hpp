@@ -1,7 +1,7 @@
-// What the daemon tells people. Lines go to the journal when that is where stderr leads, otherwise to stderr itself.
+// The log of the daemon. Lines go to the journal if stderr is connected to it, otherwise to stderr itself.
 //
 // A full pipe or a stopped journald must never hold the control loop: lines go through a bounded queue to a thread of
-// its own. When the queue is full the oldest line gives way; what was lost is counted, and told once there is room.
+// its own. When the queue is full the oldest line is dropped; lost lines are counted, and logged once there is room.
 #pragma once
 
 #include <cstdint>
@@ -24,16 +24,16 @@ class Journal {
   explicit Journal(Severity least, std::size_t queue_lines = default_queue_lines);
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
-  /// Gives the thread up instead of waiting for a sink that is blocked.
+  /// Abandons the thread instead of waiting for a blocked sink.
   ~Journal();
 
-  /// Never blocks. From any thread; all else from one.
+  /// Never blocks. Callable from any thread; all other members from one thread only.
   void log(Severity severity, std::string_view line);
-  /// Logs how many lines were lost since it last said so, if any and if there is room again. Now and then.
+  /// Logs how many lines were lost since its last line, if any and if there is room again. Call it periodically.
   void tell_lost();
   [[nodiscard]] std::uint64_t lines_lost() const;
-  /// Waits until everything is written, at most so long. False: the sink is blocked, and leaving the process by
-  /// exit() could wait for it too; leave by _exit().
+  /// Waits until everything is written, at most `at_most`. False: the sink is blocked, and exit() could wait for it
+  /// too; leave the process by _exit().
   [[nodiscard]] bool flush(Duration at_most);
 
  private:

@@ -1,4 +1,4 @@
-// What the system refused: the errno value and what we were doing, for a line a person can act on.
+// Error of a system call: the errno value and the attempted action, for a line a person can act on.
 #pragma once
 
 #include <cstring>
@@ -7,8 +7,8 @@
 namespace bmu {
 
 struct OsError {
-  int code = 0;      // errno; 0 when the refusal is our own (wrong name, wrong version)
-  std::string what;  // what was tried, on what: "bind vcan0"
+  int code = 0;      // errno; 0 when bmud itself refuses (wrong name, wrong version)
+  std::string what;  // attempted action and its object: "bind vcan0"
 };
 
 [[nodiscard]] inline std::string to_text(const OsError& error) {

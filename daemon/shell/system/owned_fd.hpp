@@ -1,4 +1,4 @@
-// A file descriptor that somebody owns: closed when its owner goes.
+// A file descriptor with an owner: closed when the owner is destroyed.
 #pragma once
 
 #include <utility>

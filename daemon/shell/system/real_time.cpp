@@ -12,14 +12,15 @@ namespace bmu {
 
 namespace {
 
-// Locked memory is memory: with the usual 8 MiB each, the stacks of a few threads would take more than all else
-// together.
+// Stack of each thread. Locked memory is occupied in full: with the usual 8 MiB each, the stacks of a few threads would
+// take more than everything else together.
 constexpr std::size_t thread_stack_bytes = std::size_t{512} * 1024;
-// What the heap has in reserve, and takes at a time.
+// Reserve of the heap, and the step by which it grows.
 constexpr int heap_reserve_bytes = 2 * 1024 * 1024;
 
-/// Memory once had is kept, and had in advance. Whoever asks the system for some waits while any thread of the process
-/// is busy with its own; on a machine that is busy an ordinary thread may be so for a tenth of a second.
+/// Keeps memory of the heap that was allocated once, and reserves some in advance. A request to the kernel for memory
+/// waits while any thread of the process is busy with one of its own; on a busy machine that may take an ordinary
+/// thread a tenth of a second.
 void keep_memory() {
   ::mallopt(M_MMAP_MAX, 0);
   ::mallopt(M_TRIM_THRESHOLD, -1);

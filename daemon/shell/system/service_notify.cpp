@@ -12,16 +12,16 @@ namespace bmu {
 
 namespace {
 
-// Three chances to be heard within the watchdog's time.
+// Three messages within the watchdog timeout: one of them has to arrive.
 constexpr int alive_messages_per_watchdog = 3;
 constexpr Duration status_period = 1s;
-// A disk that hangs while one life ends and the next begins is given up by each part after half a second at most.
+// Timeout between two sessions: each part abandons a hanging disk after half a second at most.
 constexpr const char* patience = "WATCHDOG=1\nWATCHDOG_USEC=5000000";
 
 }  // namespace
 
 ServiceNotify::ServiceNotify() {
-  const char* address = std::getenv("NOTIFY_SOCKET");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* address = std::getenv("NOTIFY_SOCKET");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   if (address == nullptr) return;
   address_ = address;
   const bool is_address = address_.size() > 1 && (address_.front() == '/' || address_.front() == '@');
@@ -49,7 +49,7 @@ bool ServiceNotify::send(std::string_view text) {
 }
 
 void ServiceNotify::ready() {
-  // In one message: whichever is lost, the manager is as strict as it was before it takes us for ready.
+  // In one message: whichever is lost, the usual watchdog timeout applies before the daemon counts as ready.
   const std::string strict = is_away_ ? "\nWATCHDOG_USEC=" + std::to_string(watchdog_us_) : "";
   is_ready_untold_ = !send("READY=1" + strict);
   if (!is_ready_untold_) is_away_ = false;
@@ -57,7 +57,7 @@ void ServiceNotify::ready() {
 
 void ServiceNotify::reloading() {
   is_ready_untold_ = false;
-  // The manager's clock stands still while the machine sleeps.
+  // CLOCK_MONOTONIC, as the manager: it stands still while the machine sleeps.
   timespec its{};
   clock_gettime(CLOCK_MONOTONIC, &its);
   const auto us = std::chrono::seconds(its.tv_sec) + std::chrono::microseconds(its.tv_nsec / 1000);

@@ -1,7 +1,7 @@
-// Talks to the service manager: ready, stopping, alive, and one line for people.
+// Notifications to the service manager: ready, reloading, stopping, watchdog, and one status line for people.
 //
-// Datagrams are sent by ourselves, because sd_notify() of libsystemd waits when the manager's queue is full, and the
-// control loop must not. Nobody listening, a full queue, a socket that is gone: all the same, counted and nothing else.
+// Sends the datagrams itself, because sd_notify() of libsystemd waits when the queue of the manager is full, and the
+// control loop must not. A missing receiver, a full queue and a removed socket are counted and have no other effect.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,21 @@ namespace bmu {
 
 class ServiceNotify {
  public:
-  /// Reads NOTIFY_SOCKET and the watchdog's variables.
+  /// Reads NOTIFY_SOCKET and the variables of the watchdog.
   ServiceNotify();
 
-  /// Everything is set up and the outputs are open. Repeated until the manager took it: losing this one would make it
-  /// wait for us until its time-out.
+  /// Everything is set up and the outputs are open. Repeated until the manager has received it: without it the manager
+  /// would wait until its timeout.
   void ready();
   void stopping();
-  /// Another configuration is about to be taken up, or refused: ready() says when that is over.
+  /// Another configuration is about to be loaded, or refused: ready() reports the end of that.
   void reloading();
-  /// Until ready(), or the end, there will be no tick: what has to be written and opened may take longer than the
-  /// watchdog waits.
+  /// Extends the watchdog timeout, as no tick follows until ready(), or the end: writing and opening may take longer
+  /// than the watchdog waits.
   void away();
-  /// A tick has been decided in full: we are alive. Sent every third of the watchdog's time at most.
+  /// A tick has been decided in full: feeds the watchdog. Sent at most every third of the watchdog timeout.
   void tick_decided(TimePoint now);
-  /// What people see in `systemctl status`. Sent when it has changed, at most once a second.
+  /// The line of `systemctl status`. Sent when it has changed, at most once a second.
   void status(TimePoint now, std::string_view line);
 
   [[nodiscard]] std::uint64_t sends_failed() const { return sends_failed_; }
@@ -38,7 +38,7 @@ class ServiceNotify {
  private:
   bool send(std::string_view text);
 
-  std::string address_;  // empty: nobody to tell
+  std::string address_;  // empty: no service manager
   OwnedFd socket_;
   std::uint64_t watchdog_us_ = 0;  // 0: none
   std::optional<Duration> alive_period_;
@@ -46,7 +46,7 @@ class ServiceNotify {
   TimePoint status_sent_at_{};
   std::string status_;
   bool is_ready_untold_ = false;
-  bool is_away_ = false;  // the manager has been asked to be patient
+  bool is_away_ = false;  // the manager has the extended watchdog timeout
   std::uint64_t sends_failed_ = 0;
 };
 

@@ -14,7 +14,7 @@ namespace bmu {
 
 namespace {
 
-// Who may only read could hold it as well, and keep the daemon from starting.
+// For the owner only: a user who may read the file could lock it as well, and keep the daemon from starting.
 constexpr mode_t lock_file_mode = 0600;
 
 bool is_same_inode(int one, int other) {
@@ -23,7 +23,7 @@ bool is_same_inode(int one, int other) {
   return ::fstat(one, &a) == 0 && ::fstat(other, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
-/// One file has one lock, by whatever link it is reached.
+/// One file has one lock, whatever link leads to it.
 std::string real_path(const std::string& path) {
   std::error_code error;
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
@@ -39,7 +39,7 @@ bool SoleUse::has(int fd) const {
 Result<void, OsError> SoleUse::lock(OwnedFd fd, const std::string& path, const std::string& option) {
   if (!fd.is_open() || has(fd.get())) return {};
   if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
-    // Another answer than "taken" is a file system without locks.
+    // Any other error is that of a file system without locks.
     if (errno != EWOULDBLOCK) return {};
     return failure(OsError{0, path + " is in use by another bmud, wanted one that is only ours: " + option +
                                   " names another, and systemd gives each bmud@PACK its own"});
@@ -51,7 +51,8 @@ Result<void, OsError> SoleUse::lock(OwnedFd fd, const std::string& path, const s
 Result<void, OsError> SoleUse::add_file(const std::string& path, const std::string& option) {
   if (path.empty()) return {};
   const std::string beside = real_path(path) + ".lock";
-  // Nothing is written into it: on a disk that an error has made read-only it still locks. A pipe would be waited for.
+  // Read only, since nothing is written into it: on a disk that an error has made read-only it still locks. O_NONBLOCK,
+  // since opening a pipe would wait.
   OwnedFd fd(::open(beside.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, lock_file_mode));
   const int reason = errno;
   struct stat there {};

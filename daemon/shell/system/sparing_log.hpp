@@ -1,5 +1,5 @@
-// Lines that somebody else can cause as often as he likes: some of each minute are logged, the others counted, so that
-// nobody can push out of the log what matters there.
+// Rate-limited log, for lines that a client can cause as often as it likes: some of each minute are logged, the others
+// counted, so that no client can displace important lines.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class SparingLog {
   explicit SparingLog(Log log) : log_(std::move(log)) {}
 
   void log(TimePoint now, std::string_view line);
-  /// Once a period is over: how many of its lines were left out, if any. Now and then.
+  /// After the end of a period: logs how many of its lines were suppressed, if any. Call it periodically.
   void tell_left_out(TimePoint now);
 
  private:

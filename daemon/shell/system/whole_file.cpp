@@ -24,7 +24,7 @@ Result<void, std::string> write_whole_file(const std::string& path, const std::s
   std::error_code error;
   const std::filesystem::file_status there = std::filesystem::status(path, error);
   const bool is_special = std::filesystem::exists(there) && !std::filesystem::is_regular_file(there);
-  // A link goes on leading to the file that it names.
+  // A link stays a link to the same file.
   const std::string file = std::filesystem::exists(there) ? std::filesystem::canonical(path, error).string() : path;
   const std::string beside = is_special ? path : file + ".part";
   if (std::string why = write_to(beside, text); !why.empty()) {
@@ -32,7 +32,7 @@ Result<void, std::string> write_whole_file(const std::string& path, const std::s
     return failure(std::move(why));
   }
   if (is_special) return {};
-  // Who may read the new one is who might read the old one.
+  // The new file has the permissions of the old one.
   if (std::filesystem::exists(there)) std::filesystem::permissions(beside, there.permissions(), error);
   std::filesystem::rename(beside, file, error);
   if (!error) return {};

@@ -1,4 +1,4 @@
-// Files that a tool writes: whole or not at all, and never one that it reads.
+// Files that a tool writes: completely or not at all, and never one that it reads.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@
 
 namespace bmu {
 
-/// Written beside it (`.part`) and then renamed, so that what was there stays as it was until all of it could be
-/// written; its permissions stay, too. What is no regular file, as /dev/stdout or a pipe, is written as it is. The
-/// error is the system's reason.
+/// Writes beside the file (`.part`) and then renames, so that the old content stays until the new one has been written
+/// in full; permissions are kept, too. A path that is not a regular file, e.g. /dev/stdout or a pipe, is written
+/// directly. The error is the reason of the system.
 [[nodiscard]] Result<void, std::string> write_whole_file(const std::string& path, const std::string& text);
 
-/// The one of `files` that is `path`, by whatever name or link; "" if none is, or there is no such file yet.
+/// The one of `files` that is the same file as `path`, by whatever name or link; "" if none is, or none exists yet.
 [[nodiscard]] std::string same_file_among(const std::string& path, const std::vector<std::string>& files);
 
 }  // namespace bmu

@@ -1,4 +1,4 @@
-// A program as a child of this one, at ordinary priority whoever starts it, and never left behind.
+// A program as a child of this one, at ordinary priority whatever that of its parent, and always ended with the object.
 #pragma once
 
 #include <csignal>
@@ -18,8 +18,8 @@ namespace bmu::latency {
 class Child {
  public:
   Child() = default;
-  /// What it prints goes to the file. Spawned, not forked: a copy of our pages would have the threads that measure wait
-  /// for each page they write next.
+  /// Its output goes to the file. Spawned, not forked: a copy of this process's pages would delay the measuring threads
+  /// at their next write to each page.
   Child(std::vector<std::string> command, const std::string& log) {
     std::vector<char*> words;
     words.reserve(command.size() + 1);
@@ -50,7 +50,7 @@ class Child {
   pid_t pid_ = -1;
 };
 
-/// Processes that do nothing but use up a processor each, for as long as this lives, and no longer than we do.
+/// Processes that only occupy a processor each, until this object is destroyed or this process ends.
 class BusyLoops {
  public:
   explicit BusyLoops(unsigned count) {

@@ -98,7 +98,8 @@ void Ear::run() {
   }
 }
 
-/// What came before we were asked is passed over; when nothing more is there, the bus knows that we wait.
+/// Discards frames from before the request; once none is pending, the embedded bus wakes this thread for the next
+/// frame.
 void Ear::look_around() {
   std::uint64_t rings = 0;
   static_cast<void>(!::read(bell_.get(), &rings, sizeof rings));
@@ -126,7 +127,7 @@ void Ear::hear(std::size_t bus) {
     if (outputs_of(received.frame).any_contactor()) continue;
     ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, place.port->fd(), nullptr);
     place.heard_at = now;
-    State expected = State::listening;  // and not released meanwhile, which look_around() then sees
+    State expected = State::listening;  // unless it was released meanwhile, which look_around() handles
     place.state.compare_exchange_strong(expected, State::heard);
     return;
   }

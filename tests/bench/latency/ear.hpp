@@ -1,7 +1,8 @@
-// Who hears the command that opens, and says when: a thread ahead of all others, with a seat of its own on every bus.
+// Receives the opening command and records its time: a thread with priority over all others, with its own port on every
+// bus.
 //
-// It sleeps until it is asked to listen to a bus, and only then costs whoever sends there something: the embedded bus
-// wakes those that wait, and nobody else.
+// It sleeps until it is requested to receive from a bus, and only then costs the senders there any time: the embedded
+// bus wakes only waiting participants.
 #pragma once
 
 #include <atomic>
@@ -20,7 +21,8 @@ namespace bmu::latency {
 /// As monotonic_now(), to the nanosecond.
 [[nodiscard]] TimePoint exact_now();
 
-/// The calling thread before all ordinary ones; those it starts are ordinary again. Throws without the right to it.
+/// Gives the calling thread priority over all ordinary ones; threads that it starts are ordinary. Throws without the
+/// right to do so.
 void take_priority(int priority);
 
 class Ear {
@@ -32,16 +34,16 @@ class Ear {
   Ear& operator=(const Ear&) = delete;
   ~Ear();
 
-  /// The number of the bus from here on. Before start().
+  /// Returns the number of the bus for the other functions. Before start().
   std::size_t add(const std::string& bus);
   void start(int priority);
 
-  /// From one thread at a time for each bus. Asked, it is `listening` soon, and once a command that opens everything
-  /// has come it is `heard`.
+  /// To be called from one thread at a time for each bus. After the request it becomes `listening`, until a command
+  /// with all contactors open is received.
   void listen(std::size_t bus);
   void release(std::size_t bus);
   [[nodiscard]] State state(std::size_t bus) const { return places_[bus]->state.load(std::memory_order_acquire); }
-  /// When it was heard.
+  /// Time at which the opening command was received.
   [[nodiscard]] TimePoint heard_at(std::size_t bus) const { return places_[bus]->heard_at; }
 
  private:

@@ -14,11 +14,11 @@ namespace bmu::latency {
 
 namespace {
 
-constexpr Duration starts_within = 20s;  // a busy machine takes its time
-constexpr Duration key_after = 1s;       // then all modules are known and set up
+constexpr Duration starts_within = 20s;  // allows for a busy machine
+constexpr Duration key_after = 1s;       // by then all modules are known and configured
 constexpr Duration closed_within = 10s;
 constexpr Duration drive_min = 300ms;
-constexpr Duration drive_spread = 500ms;  // by lot, so that every moment of ticks and polls is met
+constexpr Duration drive_spread = 500ms;  // drawn by lot, to cover every phase of ticks and polls
 constexpr Duration answer_within = 1s;
 constexpr Duration catch_up_max = 50ms;
 
@@ -60,8 +60,8 @@ void EmulatedPack::begin() {
   daemon_ = {};
   outcome_ = Outcome::none;
   const Ear::State ear = ear_.state(place_);
-  if (ear != Ear::State::deaf && ear != Ear::State::heard) return;  // it is still letting go
-  // What the life before remembers would lock this one out, too.
+  if (ear != Ear::State::deaf && ear != Ear::State::heard) return;  // it has not been released yet
+  // The persistent state of the previous session would lock this one out, too.
   std::filesystem::remove_all(folder_);
   std::filesystem::create_directories(folder_ / "black-box");
   const TimePoint now = monotonic_now();
@@ -107,7 +107,7 @@ void EmulatedPack::read_frames(bool is_living) {
 }
 
 void EmulatedPack::advance(TimePoint now) {
-  // Nothing is emulated of a time in which we were held up; the next frames just come so much later.
+  // Time in which this thread was held up is not emulated; the next frames are later by that time.
   const TimePoint until = std::max(simulator_->now(), std::min(now, simulator_->now() + catch_up_max));
   for (const SentFrame& sent : simulator_->advance(until)) {
     if (injected_) {

@@ -40,7 +40,7 @@ enum class Outcome : std::uint8_t {
   no_answer,
 };
 
-/// What is started for a life: a program and its options, for this bus and with this folder for its files.
+/// The command of a session: a program and its options, for this bus and with this folder for its files.
 using CommandFor = std::function<std::vector<std::string>(const std::string& bus, const std::filesystem::path& folder)>;
 
 class EmulatedPack {
@@ -54,7 +54,8 @@ class EmulatedPack {
   void begin();
   void step(TimePoint now);
 
-  /// Nothing happens until the next begin(); how the life before ended, and what it took if it was measured.
+  /// True until the next begin(); then outcome() is the result of the session before, and took() its latency if it was
+  /// measured.
   [[nodiscard]] bool is_waiting() const { return stage_.load(std::memory_order_acquire) == Stage::waiting; }
   [[nodiscard]] Outcome outcome() const { return outcome_; }
   [[nodiscard]] Duration took() const { return took_; }
@@ -79,15 +80,15 @@ class EmulatedPack {
   CommandFor command_;
   std::filesystem::path folder_;
   Ear& ear_;
-  std::size_t place_;  // of the ear
+  std::size_t place_;  // index in the ear
   RandomSource random_;
   std::unique_ptr<BusPort> port_;
   std::unique_ptr<Simulator> simulator_;
   Child daemon_;
   std::atomic<Stage> stage_{Stage::waiting};
   TimePoint due_{};
-  bool is_commanded_ = false;              // a command of this life was heard
-  bool is_closed_ = false;                 // by the last of them
+  bool is_commanded_ = false;              // a command of this session was received
+  bool is_closed_ = false;                 // according to the last one
   std::optional<InjectedFault> injected_;  // in the present session
   TimePoint completed_at_{};               // zero: its confirmation is not complete
   bool is_completed_by_time_ = false;

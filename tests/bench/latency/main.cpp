@@ -30,11 +30,11 @@
 namespace bmu::latency {
 namespace {
 
-// Ahead of the daemons: what is late here would be taken for theirs.
+// Above the daemons' priority: a delay here would be attributed to them.
 constexpr int ear_priority = 90;
 constexpr int emulator_priority = 80;
 constexpr int daemon_priority = 50;
-constexpr int exit_no_right = 77;  // to the priorities: ctest then skips
+constexpr int exit_no_right = 77;  // missing right to the priorities: ctest then skips
 constexpr Duration look_every = 10ms;
 
 struct Options {
@@ -45,15 +45,15 @@ struct Options {
   unsigned packs = 12;
   unsigned busy_per_core = 2;
   double seconds = 3600.0;
-  int nice = -15;  // what the service's unit gives
+  int nice = -15;  // as in the service's unit
   bool is_real_time = false;
   bool is_reference = false;
-  std::string answer_on;  // we are the reference, on this bus
-  RealTimeWishes wishes;  // as which
+  std::string answer_on;  // this process is the reference, on this bus
+  RealTimeWishes wishes;  // of the reference
   bool is_json = false;
 };
 
-/// Steps one pack after the other, so that each has its turn once a millisecond and none waits behind all others.
+/// Steps one pack after the other, so that each is stepped once a millisecond and none waits for all others.
 class Emulator {
  public:
   explicit Emulator(std::vector<std::unique_ptr<EmulatedPack>>& packs) : packs_(packs) {
@@ -90,7 +90,7 @@ class Emulator {
   std::thread thread_;
 };
 
-/// In this thread, where it can be told; those that measure would have nobody to tell it to.
+/// Checked in this thread, which can report a failure; the measuring threads cannot.
 void check_right() {
   take_priority(ear_priority);
   const sched_param ordinary{};
@@ -119,7 +119,7 @@ void count(const EmulatedPack& pack, Measured& measured) {
   }
 }
 
-/// A daemon that cannot start brings no measurement, ever.
+/// A daemon that cannot start never yields a measurement.
 void check_worth(const Measured& measured, const EmulatedPack& pack) {
   constexpr std::uint64_t vain_max = 30;
   const std::uint64_t vain =
@@ -132,7 +132,7 @@ void check_worth(const Measured& measured, const EmulatedPack& pack) {
                            std::to_string(measured.no_answer) + " without an answer; last log: " + pack.log());
 }
 
-/// Ended by hand, what runs on the buses has to go, too.
+/// An interrupt must also end the processes on the buses.
 std::atomic<bool> is_interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -164,7 +164,7 @@ std::string condition_of(const Options& options) {
 CommandFor command_of(const Options& options, const std::string& pack) {
   return [options, pack](const std::string& bus, const std::filesystem::path& folder) {
     const auto in = [&folder](const char* name) { return (folder / name).string(); };
-    // As the service's unit has it: the value is of the first thread, the loop; those that it starts have nice 0.
+    // As in the service's unit: the value is of the first thread, the loop; threads that it starts have nice 0.
     std::vector<std::string> words{
         "/usr/bin/chrt", "--reset-on-fork", "--other", "0", "/usr/bin/nice", "-n", std::to_string(options.nice)};
     if (options.is_reference) {
@@ -199,7 +199,7 @@ Measured measure(const Options& options, FaultChoice fault) {
                     .fault = std::string(to_text(fault)),
                     .packs = options.packs,
                     .busy_loops = cores * options.busy_per_core};
-  const BusyLoops load(measured.busy_loops);  // before there are threads
+  const BusyLoops load(measured.busy_loops);  // before any thread is started
   Ear ear;
   std::vector<std::unique_ptr<EmulatedPack>> packs;
   for (std::size_t i = 0; i < options.packs; ++i) {
@@ -218,7 +218,7 @@ std::map<std::string, FaultChoice> fault_names() {
   return names;
 }
 
-/// Of the reference, which does not poll, only what a PDU_STATUS confirms.
+/// For the reference, which does not poll, only faults that a PDU_STATUS confirms.
 std::vector<FaultChoice> faults_of(const Options& options) {
   if (!options.is_reference) {
     return options.faults.empty() ? std::vector(all_faults.begin(), all_faults.end()) : options.faults;
@@ -271,7 +271,7 @@ int run(int argc, char** argv) {
   app.add_flag("--reference", options.is_reference,
                "Instead of the daemon the least program that can answer: the machine's share of it. It does not poll: "
                "emergency_stop only");
-  // What the reference is started with, by ourselves.
+  // Options with which this program starts the reference.
   app.add_option("--answer-on", options.answer_on)->group("");
   app.add_option("--realtime-priority", options.wishes.priority)->group("");
   app.add_flag("--lock-memory", options.wishes.lock_memory)->group("");

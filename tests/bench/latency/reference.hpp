@@ -1,5 +1,5 @@
-// The least a program can do instead of the daemon: it commands closed, and open as soon as a frame says that the
-// emergency stop is pressed. What it takes is the machine's share of what the daemon takes.
+// The minimal program in place of the daemon: it commands closed, and open as soon as a frame reports a pressed
+// emergency stop. Its latency is the machine's share of the daemon's latency.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace bmu::latency {
 
-/// Until the process is killed; returns only if something does not work.
+/// Runs until the process is killed; returns only on an error.
 int answer_on(const std::string& bus, const RealTimeWishes& wishes);
 
 }  // namespace bmu::latency

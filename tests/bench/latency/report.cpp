@@ -25,7 +25,7 @@ std::vector<Duration> sorted(std::vector<Duration> latencies) {
 
 struct Bucket {
   Duration from{};
-  Duration to{};  // zero: without end
+  Duration to{};  // zero: unbounded
   std::int64_t count = 0;
 };
 

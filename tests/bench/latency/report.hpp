@@ -1,4 +1,4 @@
-// What was measured, as a table for people or as JSON.
+// The measured latencies, as a table or as JSON.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace bmu::latency {
 
 struct Measured {
-  std::string condition;  // how the daemons were run, beside what
+  std::string condition;  // how the daemons were run, and the load beside them
   std::string pack;
   std::string fault;
   unsigned packs = 0;
@@ -24,7 +24,7 @@ struct Measured {
   std::uint64_t no_answer = 0;
 };
 
-/// The smallest value that so many per mille of all do not exceed. Sorted; not empty.
+/// The smallest value that `permille` of all do not exceed. Precondition: sorted, not empty.
 [[nodiscard]] Duration quantile(const std::vector<Duration>& sorted, unsigned permille);
 
 [[nodiscard]] std::string to_text(const Measured& measured);

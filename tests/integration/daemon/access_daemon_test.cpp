@@ -1,5 +1,5 @@
-// Who may do what, asked of the real daemon by real users of groups: it finds bmud and bmud-admin in an /etc/group of
-// its own, mounted over the machine's for it alone.
+// Access rights, requested from the real daemon by real users of groups: it finds bmud and bmud-admin in its own
+// /etc/group, which is mounted over that of the machine for this process only.
 #include <chrono>
 #include <fstream>
 #include <optional>
@@ -34,7 +34,7 @@ const Asker stranger{.user_id = anna, .group_id = anna, .more_groups = {4}};
 constexpr const char* status = R"({"cmd":"version"})";
 constexpr const char* off = R"({"cmd":"balance","switch":"off"})";
 
-/// Why this machine cannot show it; "" if it can.
+/// The reason why this machine cannot run the test; "" if it can.
 std::string what_is_missing() {
   if (::geteuid() != 0) return "only root can ask as somebody else";
   const Finished tried = run_program({"/usr/bin/unshare", "-m", "true"});
@@ -123,7 +123,7 @@ TEST_CASE("strangers in any number keep nobody from asking, and do not fill the 
        at = text.find("may not read here", at + 1)) {
     ++count;
   }
-  // Some each minute, of which the first begins with the first refusal.
+  // The permitted number per minute; the first minute starts with the first refusal.
   const auto took = std::chrono::duration_cast<std::chrono::minutes>(std::chrono::steady_clock::now() - began_at);
   CHECK(count >= SparingLog::lines_max);
   CHECK(count <= SparingLog::lines_max * static_cast<std::size_t>(took.count() + 1));
@@ -139,7 +139,7 @@ TEST_CASE("who takes all connections and says nothing keeps no other user from a
   bench.start_emulator("");
   bench.start();
   const test::SilentConnections silent(reader, bench.socket, 40);
-  // Himself he has kept out.
+  // The user that occupies the connections is refused itself.
   CHECK(bench.error_of(administrator, status) == "too_many_clients");
   const Asker bob{.user_id = anna + 1, .group_id = anna + 1, .more_groups = {admins}};
   for (int i = 0; i < 3; ++i) CHECK(bench.error_of(bob, status).empty());

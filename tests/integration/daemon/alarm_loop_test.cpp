@@ -1,5 +1,5 @@
-// The programs on an embedded bus: a daemon that is stopped while another sender goes on with its last command cannot
-// keep an overcharged pack closed, as the modules' alarm outputs are in the enable loop of the power distribution unit.
+// The programs on an embedded bus: a daemon that is stopped while another sender repeats its last command cannot keep
+// an overcharged pack closed, because the modules' alarm outputs are in the enable loop of the power distribution unit.
 #include <csignal>
 #include <optional>
 
@@ -17,8 +17,8 @@ using test::Bench;
 using test::milliseconds;
 using test::steady_clock;
 
-/// Repeats the last CONTACTOR_COMMAND of the daemon with a counter that goes on and a right checksum, and receives what
-/// the unit reports.
+/// Repeats the last CONTACTOR_COMMAND of the daemon with a continued counter and a right checksum, and receives the
+/// reports of the PDU.
 class LiveSender {
  public:
   explicit LiveSender(const std::string& bus) {
@@ -26,7 +26,7 @@ class LiveSender {
     REQUIRE(port);
     port_ = std::move(*port);
   }
-  /// Receives, and sends from `begin_sending` on, until something is so; false if it was not within that time.
+  /// Receives, and sends after begin_sending(), until a condition is met; false if it was not met within that time.
   template <class IsSo>
   [[nodiscard]] bool run_until(IsSo is_so, milliseconds at_most) {
     const auto give_up_at = steady_clock::now() + at_most;
@@ -83,7 +83,7 @@ class LiveSender {
   steady_clock::time_point next_at_{};
 };
 
-/// What became of one drive.
+/// Result of one drive.
 struct Outcome {
   bool stayed_closed = false;  // by the sender alone, before a cell was overcharged
   bool was_loop_closed = false;
@@ -107,7 +107,7 @@ Outcome overcharge_with_stopped_daemon(Bench& bench) {
   bench.daemon->signal(SIGSTOP);
   REQUIRE(sender.is_command_to_close());
   sender.begin_sending();
-  // Longer than a command holds: the sender alone keeps it closed.
+  // Longer than a command is valid: the sender alone keeps the pack closed.
   outcome.stayed_closed = !sender.run_until([&] { return sender.is_pack_open(); }, milliseconds(3'000));
   outcome.was_loop_closed = !sender.is_alarm_loop_open();
   if (outcome.stayed_closed) {

@@ -1,4 +1,4 @@
-// The real daemon, the real emulated pack and its charger, which is alone on a bus of its own.
+// The real daemon, the real emulated pack and its charger, which is alone on its own bus.
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -13,7 +13,7 @@ namespace bmu {
 
 namespace {
 
-/// The pack file names three buses; the one of the charger is another on the command line of both programs.
+/// The pack file names three buses; the charger's bus is overridden on the command line of both programs.
 struct Wall : test::Bench {
   std::string charger_bus = bus + "-charger";
   std::unique_ptr<BusPort> internal;
@@ -39,7 +39,7 @@ struct Wall : test::Bench {
     REQUIRE(port);
     return std::move(*port);
   }
-  /// Of 29 bits, as those of the charger; and how many others there were.
+  /// Identifiers of 29 bits, as those of the charger; and the number of other frames.
   struct Heard {
     std::set<std::uint32_t> extended;
     int others = 0;
@@ -55,7 +55,7 @@ struct Wall : test::Bench {
       }
     }
   }
-  /// It rises by 2 A/s.
+  /// The current rises by 2 A/s.
   [[nodiscard]] bool charges() {
     return becomes_unless_open([&] {
       const nlohmann::json status = ask_json("status");

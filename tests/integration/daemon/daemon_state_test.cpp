@@ -1,4 +1,5 @@
-// What outlives the real daemon: killed and started again it still knows every fault, its locks, and who cleared what.
+// Persistent state of the real daemon: killed and restarted it still has every fault, its latches, and the authority of
+// each clear.
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -55,7 +56,7 @@ struct StateBench : Bench {
   [[nodiscard]] bool has_stage(const std::string& name, const std::string& stage) {
     return becomes([&] { return fault(name).at("stage") == stage; });
   }
-  /// The fault comes with `event`, and stays after `healing_event`.
+  /// The fault is confirmed by `event`, and stays latched after `healing_event`.
   void latch(const std::string& name, const std::string& event, const std::string& healing_event) {
     send_event(event);
     REQUIRE(has_stage(name, "active"));
@@ -63,17 +64,17 @@ struct StateBench : Bench {
     REQUIRE(has_stage(name, "latched"));
   }
   void discharge_deeply() { latch("cell_deep_discharge", "cell 2.7 voltage_mV 2000", "cell 2.7 voltage_mV auto"); }
-  /// The log has a thread of its own, too.
+  /// The log is written by its own thread, too.
   [[nodiscard]] bool has_logged(const std::string& text) {
     return becomes([&] { return read_file(log).find(text) != std::string::npos; });
   }
-  /// How often a fault has been there, as the state file says.
+  /// Count of a fault in the state file.
   [[nodiscard]] int written_count(const std::string& name) const {
     const nlohmann::json written = nlohmann::json::parse(read_file(state), nullptr, false);
     return written.is_object() ? written.value(nlohmann::json::json_pointer("/content/faults/" + name + "/count"), 0)
                                : 0;
   }
-  /// The store's thread has written what the daemon knows.
+  /// Waits until the store's thread has written the text.
   [[nodiscard]] bool has_written(const std::string& text) {
     return becomes([&] { return read_file(state).find(text) != std::string::npos; });
   }
@@ -104,7 +105,7 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   CHECK(restored.at("freeze_frame") == before.at("freeze_frame"));
   CHECK(restored.at("freeze_frame").at("cell_voltage_min_uV") < 2'100'000);
   CHECK(bench.fault("cell_undervoltage").at("count") == 1);
-  // A clear of anybody is not enough, after a restart either.
+  // A clear without authority is not enough, after a restart either.
   CHECK(bench.ask_json("clear").at("still_present").dump().find("cell_deep_discharge") != std::string::npos);
   const nlohmann::json cleared = nlohmann::json::parse(bench.ask({"--json", "clear", "--authorised"}).out);
   CHECK(cleared.at("authority") == "service");
@@ -154,7 +155,7 @@ TEST_CASE("a module is given another node and its own again, who belongs where o
   bench.kill();
 
   bench.start();
-  // The node expects nobody since its module was given another one, and nobody is there.
+  // The node has no expected module since its module was assigned elsewhere, and no module is present.
   REQUIRE(bench.becomes(
       [&] { return bench.ask({"modules"}).out.find("node 40: serial number 1002") != std::string::npos; }));
   REQUIRE(bench.becomes([&] { return bench.ask({"modules", "assign", "1002", "2"}).status == 0; }));
@@ -231,9 +232,9 @@ TEST_CASE("what latched until it is cleared holds over a crash, refuses to close
 
 namespace {
 
-/// A pack whose modules, sensors and unit are switched off before its daemon, and come up after it.
+/// A pack with modules, sensors and PDU that are switched off before its daemon, and come up after it.
 struct SwitchedPack : StateBench {
-  /// False as soon as a fault waits for somebody to clear it: then nothing closes any more.
+  /// False as soon as a latched fault waits for a clear: then nothing closes any more.
   [[nodiscard]] bool may_close() {
     nlohmann::json status;
     const auto has_lock = [&] {
@@ -247,7 +248,7 @@ struct SwitchedPack : StateBench {
     }));
     return status.at("permission").at("may_close") == true;
   }
-  /// Until its unit is heard: how long a program takes to begin is the machine's, and none of its time left out.
+  /// Returns once its PDU is received: the start-up time depends on the machine, and does not count as skipped time.
   void begin_emulator() {
     const auto ear = open_bus(bus, {.receive_ids = {internal_bus::pdu_status.base_id}});
     REQUIRE(ear);
@@ -260,13 +261,13 @@ struct SwitchedPack : StateBench {
     REQUIRE(daemon->wait(test::hang_max) == 0);
     static_cast<void>(listener.last());
   }
-  /// In order, so that it says whether it was held up.
+  /// Ends it in order, so that it reports whether it was held up.
   void end_emulator() {
     emulator->signal(SIGTERM);
     REQUIRE(emulator->wait(test::hang_max) == 0);
     emulator.reset();
   }
-  /// Whether it may close before, and without a fault after it was switched off and on.
+  /// True if the pack may close before, and without a fault after it was switched off and on.
   [[nodiscard]] bool is_switched() {
     begin_emulator();
     start();
@@ -298,15 +299,15 @@ TEST_CASE("a healthy pack that is switched off and on again has no lock of it", 
 
 namespace {
 
-/// With one thing in it said otherwise, which must be there.
+/// Replaces one part of the text, which must be present.
 std::string with(std::string text, const std::string& said, const std::string& instead) {
   const std::size_t at = text.find(said);
   REQUIRE(at != std::string::npos);
   return text.replace(at, said.size(), instead);
 }
 
-/// The demonstration's pack with cells that come to rest in a second, and balanced by their charge; rests count after
-/// so many milliseconds.
+/// The demonstration's pack with cells that relax in a second, and are balanced by their charge; rests count after
+/// `rest_ms` milliseconds.
 std::string charge_pack(const StateBench& bench, int rest_ms) {
   const std::string config = test::in_source("config/");
   std::string cell = read_file(config + "cells/nmc-30ah-10p.json");
@@ -341,7 +342,7 @@ TEST_CASE("what is missing in each cell outlives a killed daemon, of another pac
   CHECK(learned_uAs == Approx(0.030 * 30.0 * 3'600e6).epsilon(0.2));
   bench.kill();
 
-  // The next life has no rest that counts: what it knows it was told.
+  // The next session has no rest that counts: its charges are the restored ones.
   bench.pack = charge_pack(bench, 600'000);
   bench.start();
   REQUIRE(bench.becomes([&] { return book().at("former_charges") == "in use"; }));
@@ -362,7 +363,7 @@ TEST_CASE("what is missing in each cell outlives a killed daemon, of another pac
   CHECK(status.at("store").at("found_at_start") == "newest");
   CHECK(book().at("cells_with_known_charge") == 0);
   CHECK(bench.becomes(
-      [&] { return bench.ask_json("modules").at("modules").at(1).at("place") == "expected"; }));  // the rest was read
+      [&] { return bench.ask_json("modules").at("modules").at(1).at("place") == "expected"; }));  // others were read
 }
 
 TEST_CASE("a state that cannot be read keeps the pack open until somebody with authority has cleared it",
@@ -419,7 +420,7 @@ TEST_CASE("without a group for it control is root's and the daemon's own user's,
   bench.start_emulator("");
   bench.start();
   bench.discharge_deeply();
-  // Into the folder and to the socket: what a group of the daemon's would have.
+  // Access to the folder and to the socket, as a group of the daemon would have.
   REQUIRE(::chmod((bench.folder / "").c_str(), 0755) == 0);
   REQUIRE(::chmod(bench.socket.c_str(), 0666) == 0);
   const auto refused = ask_as(Asker{}, bench.socket, R"({"cmd":"clear","authorised":true})");

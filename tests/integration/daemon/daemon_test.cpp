@@ -1,4 +1,4 @@
-// The real daemon and the real bmuctl as processes, on an embedded bus, with the real emulator behind it. Every wait is
+// The real daemon and the real bmuctl as processes, on an embedded bus, with the real emulator connected. Every wait is
 // for an event (a frame, a datagram, the end of a process) and bounded.
 #include <algorithm>
 #include <chrono>
@@ -45,7 +45,7 @@ void start_and_close(Bench& bench) {
   REQUIRE(bench.closes());
 }
 
-/// Both ends of a pipe that takes nothing any more.
+/// Both ends of a full pipe.
 struct FullPipe {
   OwnedFd read_end;
   OwnedFd write_end;
@@ -192,7 +192,7 @@ TEST_CASE("the status has current with its sign, voltage and temperature of the 
     made.start_daemon();
     REQUIRE(made.listener.next(test::hang_max));
     REQUIRE(made.closes());
-    // The sign of the current is for the checks below. Voltages follow it by some 100 ms.
+    // The checks below need the sign of the current. Voltages follow it after about 100 ms.
     const auto settles = [&](int load_A, nlohmann::json& values) {
       made.send_event("load current_A " + std::to_string(load_A));
       return made.becomes_unless_open([&] {
@@ -214,10 +214,10 @@ TEST_CASE("the status has current with its sign, voltage and temperature of the 
     REQUIRE(cells.at("count") == 48);
     CHECK(std::abs(beside_sum_mV(values)) <= voltage_tolerance_mV);
     CHECK(std::abs(voltage_mV - cells.at("average_uV").get<int>() / 1'000 * 48) <= voltage_tolerance_mV);
-    // Cells at 80 %.
+    // Voltage of cells at 80 %.
     CHECK(voltage_mV > 48 * 3'800);
     CHECK(voltage_mV < 48 * 4'200);
-    // The load warms them by less than that.
+    // The load warms them by less than this.
     for (const char* const end : {"min_dC", "max_dC"}) {
       CHECK(values.at("cell_temperature").at(end) >= 311);
       CHECK(values.at("cell_temperature").at(end) <= 315);
@@ -229,7 +229,7 @@ namespace {
 
 constexpr const char* driving = "vehicle on, contactors closed";
 
-/// The next frame of this port, at most so much later, and everything behind it read.
+/// Waits for the next frame of this port, at most `at_most`, and reads all pending frames.
 bool takes_next(BusPort& port, milliseconds at_most) {
   pollfd wait{.fd = port.fd(), .events = POLLIN, .revents = 0};
   const bool is_there = ::poll(&wait, 1, static_cast<int>(at_most.count())) > 0;
@@ -251,7 +251,7 @@ TEST_CASE("every status asked for right behind a PDU_STATUS says that the vehicl
     REQUIRE(unit);
     auto client = Client::connect(made.socket);
     REQUIRE(client);
-    // Nearly each of these comes before the decision that follows the PDU_STATUS.
+    // Nearly all of these requests arrive before the decision that follows the PDU_STATUS.
     for (int count = 0; count < 50; ++count) {
       REQUIRE(takes_next(**unit, test::hang_max));
       REQUIRE(client->send_line(R"({"cmd":"status"})"));
@@ -271,7 +271,8 @@ namespace {
 constexpr const char* limit_row =
     "limits/cell_undervoltage: from 3.0000 V on the limit falls from 80.000 A to zero at 2.8000 V";
 
-/// A straight line: 80 A at 3.0 V, nothing at 2.8 V; the share is cut to permille. On its way there a limit is above.
+/// A linear ramp: 80 A at 3.0 V, zero at 2.8 V; the share is truncated to permille. While it moves, the limit is above
+/// it.
 bool is_settled(const nlohmann::json& steps) {
   const std::int64_t share_permille = (steps.at(0).at("value_uV").get<std::int64_t>() - 2'800'000) / 200;
   return steps.at(2).at("limit_mA") == 80 * share_permille;
@@ -287,7 +288,7 @@ TEST_CASE("a limit is told as a chain from the signal over the row that limits t
   const auto bench = test::driven([&](Bench& made) {
     has_settled = false;
     start_and_close(made);
-    // With a current that flows already the line is what binds: at rest the voltage would not bear as much.
+    // With a current flowing already the ramp is the binding limit: at rest the voltage prediction would be lower.
     made.send_event("load current_A 39");
     const auto flows = [&] { return made.ask_json("status").at("values").at("current_mA") > 35'000; };
     if (!made.becomes_unless_open(flows)) return false;
@@ -348,7 +349,7 @@ TEST_CASE("a second SIGTERM ends the daemon at once, open", "[integration][daemo
   Bench bench;  // no emulator: the contacts are never confirmed as open
   bench.start_daemon();
   REQUIRE(bench.listener.next(test::hang_max));
-  // Stopped meanwhile: both signals are pending before it reads the first one.
+  // The daemon is stopped meanwhile: both signals are pending before it reads the first one.
   bench.daemon->signal(SIGSTOP);
   int status = 0;
   REQUIRE(::waitpid(bench.daemon->pid(), &status, WUNTRACED) == bench.daemon->pid());
@@ -392,7 +393,7 @@ TEST_CASE("the service manager hears that we are alive only while ticks are deci
 
   bench.daemon->signal(SIGTERM);
   CHECK(notify.hears("STOPPING=1", test::hang_max));
-  // What is remembered may take longer to be written than the watchdog waits.
+  // Writing the persistent state may take longer than the watchdog timeout.
   CHECK(notify.hears("WATCHDOG=1\nWATCHDOG_USEC=5000000", test::hang_max));
   CHECK(bench.daemon->wait(test::hang_max) == 0);
 }
@@ -423,7 +424,7 @@ TEST_CASE("a second daemon on the same socket refuses to start, a killed one's p
   bench.daemon->signal(SIGKILL);
   CHECK(bench.daemon->wait(test::hang_max) == 128 + SIGKILL);
   REQUIRE(std::filesystem::exists(bench.socket));
-  static_cast<void>(bench.listener.last());  // what the dead one sent tells nothing about the new one
+  static_cast<void>(bench.listener.last());  // frames of the killed daemon are not evidence of the new one
   bench.start_daemon();
   REQUIRE(bench.listener.next(test::hang_max));
   CHECK(bench.ask({"status"}).status == 0);
@@ -442,8 +443,8 @@ TEST_CASE("a status socket in a folder that is not there is a start-up error of 
 
 namespace {
 
-/// A pack whose emergency stop is pressed, cleared while it is and after it was released; and what the daemon answers,
-/// without what the machine may be the cause of.
+/// A pack with a pressed emergency stop, cleared while it is pressed and after it was released; and the daemon's
+/// answers, without faults that the machine may have caused.
 struct ClearedPack : Bench {
   nlohmann::json early;
   Finished refused;
@@ -465,7 +466,7 @@ struct ClearedPack : Bench {
     }
     return answer;
   }
-  /// Whether nothing but the stop was there to be cleared: what falls silent as its emulator is held up is, too.
+  /// True if only the stop was there to be cleared: a held-up emulator causes lost modules, too.
   [[nodiscard]] bool clears_stop_alone() {
     const auto stop_alone = nlohmann::json{"emergency_stop"};
     start_emulator("0 estop 1 pressed\n");
@@ -473,7 +474,7 @@ struct ClearedPack : Bench {
     REQUIRE(listener.next(test::hang_max));
     const auto all_are_heard = [&] { return ask_json("status").at("modules_answering") == 4; };
     REQUIRE(becomes([&] { return stage() == "active" && all_are_heard(); }));
-    static_cast<void>(clear());  // of what an emulator that was slow to begin had not told in time
+    static_cast<void>(clear());  // clears faults of an emulator that started slowly
     early = clear();
     refused = ask({"clear"});
     refused_in_json = ask({"--json", "clear"});
@@ -505,7 +506,7 @@ TEST_CASE("the answer to clear tells what went and what stays, and why", "[integ
   REQUIRE(late.at("cleared") == nlohmann::json{"emergency_stop"});
   CHECK(late.at("still_present").empty());
   CHECK(late.at("reasons").empty());
-  // What a busy machine alone causes may come at any time, and stays until some ticks have come in time again.
+  // Faults caused by a busy machine may occur at any time, and stay until some ticks are in time again.
   Finished nothing;
   CHECK(bench->becomes([&] {
     nothing = bench->ask({"clear"});
@@ -524,7 +525,7 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
   REQUIRE(port);
   CanFrame unconfigured{.id = internal_bus::ident.base_id + 63, .length = 8};
   seal(internal_bus::ident, 0, unconfigured);
-  // A starved daemon discards what waited meanwhile: frames of its own time may be sent in vain.
+  // A starved daemon discards pending frames: frames sent in that time may be without effect.
   nlohmann::json receive;
   const auto counts = [&](const char* reason) { return receive.at("rejected_by_reason").value(reason, 0); };
   REQUIRE(bench.becomes([&] {
@@ -536,7 +537,7 @@ TEST_CASE("a second master is named by the identifier it used, a node of nobody 
   REQUIRE((*port)->send({.id = 0x7F0, .length = 8}));
   CHECK(bench.listener.hears_commands(2));
   receive = bench.ask_json("status").at("receive");
-  // One may have been sent again before the first was counted.
+  // A frame may have been sent again before the first was counted.
   CHECK(counts("foreign master") >= 1);
   CHECK(counts("not configured") >= 1);
   CHECK(receive.at("rejected") == counts("foreign master") + counts("not configured"));
@@ -553,10 +554,10 @@ TEST_CASE("a sensor result that is none is counted and told apart from a frame t
   auto port = open_bus(bench.bus, {.receive_ids = {internal_bus::contactor_command.base_id}});
   REQUIRE(port);
   CanFrame absurd = make_frame(internal_bus::sensor_current);
-  absurd.data[2] = 0x7F;  // some two million ampere
+  absurd.data[2] = 0x7F;  // about two million ampere
   seal(internal_bus::sensor_current, 3, absurd);
   nlohmann::json receive;
-  // Until one is counted: a starved daemon discards what waited meanwhile.
+  // Until one is counted: a starved daemon discards pending frames.
   REQUIRE(bench.becomes([&] {
     REQUIRE((*port)->send(absurd));
     receive = bench.ask_json("status").at("receive");
@@ -583,13 +584,13 @@ TEST_CASE("what waited while the daemon was stopped is not taken for news", "[in
   int status = 0;
   REQUIRE(::waitpid(bench.daemon->pid(), &status, WUNTRACED) == bench.daemon->pid());
   static_cast<void>(bench.listener.last());
-  CHECK_FALSE(bench.listener.next(milliseconds(300)));  // the others' frames of this time wait for the daemon
+  CHECK_FALSE(bench.listener.next(milliseconds(300)));  // frames of other nodes in this time are pending in the daemon
   bench.emulator->signal(SIGKILL);
   CHECK(bench.emulator->wait(test::hang_max) == 128 + SIGKILL);
-  CHECK_FALSE(bench.listener.next(milliseconds(1000)));  // and now nobody says anything
+  CHECK_FALSE(bench.listener.next(milliseconds(1000)));  // now no node sends
   bench.daemon->signal(SIGCONT);
-  // Its first decision opens: had it taken what waited for news, it would stay closed for as long as that is fresh. A
-  // command that was decided before it was stopped may come before.
+  // Its first decision opens: if it took the pending frames as fresh data, it would stay closed until they are stale. A
+  // command that was decided before the stop may come first.
   int commands = 0;
   bool has_opened = false;
   while (!has_opened && commands < 2) {
@@ -612,7 +613,7 @@ TEST_CASE("an interface that is not there keeps the daemon waiting, not failing"
   Process daemon(command, {.err_file = bench.log});
   const OwnedFd can(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (!can.is_open()) {
-    // On a kernel without CAN there is nothing to wait for, and the daemon says so.
+    // A kernel without CAN has no interface to wait for, and the daemon reports this.
     CHECK(daemon.wait(test::hang_max) == 71);
     CHECK(read_file(bench.log).find("nosuchcan0") != std::string::npos);
     return;
@@ -635,7 +636,7 @@ TEST_CASE("every command of bmuctl answers a running daemon, as text and as JSON
        {"status", "cells", "faults", "why", "clear", "modules", "balance", "health", "wake", "drive"}) {
     CAPTURE(command);
     const Finished text = bench.ask({command});
-    CHECK((text.status == 0 || (command == "clear" && text.status == 3)));  // the bus came up just now
+    CHECK((text.status == 0 || (command == "clear" && text.status == 3)));  // the bus has just come up
     CHECK_FALSE(text.out.empty());
     CHECK(text.out.find('\033') == std::string::npos);
     const nlohmann::json json = bench.ask_json(command);
@@ -674,7 +675,7 @@ TEST_CASE("the help of a command is about that command", "[integration][bmuctl]"
 
 namespace {
 
-/// With an insulation monitor on GPIO lines that are not there.
+/// With an insulation monitor on GPIO lines that do not exist.
 struct NoLinesBench : Bench {
   NoLinesBench() {
     std::ifstream file(pack_file);
@@ -708,7 +709,7 @@ TEST_CASE("lines that cannot be read do not hide a unit that is heard", "[integr
     INFO(status.dump(1));
     REQUIRE(is_so);
     static_cast<void>(made.listener.last());
-    REQUIRE(made.listener.hears_commands(30));  // 1.5 s: longer than the PDU may be silent before it is lost
+    REQUIRE(made.listener.hears_commands(30));  // 1.5 s: longer than the timeout of the PDU
     status = made.ask_json("status");
     return !is_unit_lost();
   });

@@ -1,5 +1,5 @@
-// The control loop's own system calls fail in a real daemon whose pack is closed, and so do its requests for memory:
-// what it cannot do without opens the pack.
+// The control loop's own system calls fail in a real daemon with a closed pack, and so do its memory allocations: a
+// failure of an indispensable one opens the pack.
 #include "tests/support/failing_calls.hpp"
 
 #include <filesystem>
@@ -41,7 +41,7 @@ struct FailingBench : Bench {
   void choose(FailingCall call) const { choose_number(static_cast<std::int64_t>(call)); }
   void choose_number(std::int64_t number) const { REQUIRE(test::set_preload_word(calls, number)); }
   [[nodiscard]] bool has_failed() const { return test::read_preload_word(calls) == 0; }
-  /// Whether the control loop is held in its wait for events; its commands are read meanwhile.
+  /// True if the control loop is held in its wait for events; its commands are read meanwhile.
   [[nodiscard]] bool gets_held() {
     choose(FailingCall::wait_hangs);
     const auto give_up_at = steady_clock::now() + test::hang_max;
@@ -65,7 +65,7 @@ void expect_end(FailingCall call, const std::string& name) {
   CHECK(log.find(name) != std::string::npos);
 }
 
-/// A sanitizer takes all memory by itself.
+/// A sanitizer allocates all memory by itself.
 bool needs_other_library() {
   if (test::is_sanitized) WARN("memory of a sanitizer: nothing can fail");
   return test::is_sanitized;
@@ -73,7 +73,7 @@ bool needs_other_library() {
 
 enum class OpenedBy : std::uint8_t { anything, timeout };
 
-/// The power distribution unit reports open contactors: it opens by itself where no command comes any more.
+/// Waits until the power distribution unit reports open contactors: it opens by itself after its command timeout.
 bool unit_opens(BusPort& unit, OpenedBy opened_by = OpenedBy::anything) {
   using internal_bus::pdu_status;
   const auto give_up_at = steady_clock::now() + test::hang_max;
@@ -94,14 +94,14 @@ bool unit_opens(BusPort& unit, OpenedBy opened_by = OpenedBy::anything) {
   return false;
 }
 
-/// How a daemon goes on in which a request for memory fails.
+/// Behaviour of a daemon after a failed memory allocation.
 struct Outcome {
   std::optional<int> exit_status;  // of a daemon that has ended
   bool is_decided = false;         // false: it neither ends nor commands
 };
 
-/// Queries the status, whose answer takes memory, until the request has failed or the daemon has ended; then waits for
-/// its end, or for more commands than are on their way.
+/// Queries the status, which allocates memory for its answer, until the allocation has failed or the daemon has ended;
+/// then waits for its end, or for more commands than may be in transit.
 Outcome after_failed_request(FailingBench& bench) {
   constexpr int commands_on_their_way = 5;
   const auto give_up_at = steady_clock::now() + test::hang_max;
@@ -128,7 +128,7 @@ TEST_CASE("a control loop that cannot set its timer opens the pack and ends with
 
 namespace {
 
-/// The daemon's threads, the control loop among them.
+/// The daemon's threads, including the control loop.
 std::ptrdiff_t thread_count(pid_t pid) {
   const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(pid) + "/task");
   return std::distance(begin(tasks), end(tasks));
@@ -150,12 +150,12 @@ TEST_CASE("a control loop that hangs feeds no watchdog, though the daemon's othe
     REQUIRE(made.gets_held());
     const bool was_closed = is_closed(made.listener.last());
     notify.drain();
-    // Longer than the watchdog's time: the service manager would have ended the daemon.
+    // Longer than the watchdog timeout: the service manager would have ended the daemon.
     CHECK_FALSE(notify.next(milliseconds(400)));
     CHECK(made.listener.count_within(milliseconds(0)) == 0);
     const bool is_by_timeout = unit_opens(**unit, OpenedBy::timeout);
 
-    // What it decided before is 400 ms old.
+    // Its previous decision is 400 ms old.
     made.choose(FailingCall::none);
     const auto first = made.listener.next(test::hang_max);
     REQUIRE(first);
@@ -189,7 +189,7 @@ TEST_CASE("a control loop that is woken without an event, again and again, decid
 TEST_CASE("a control loop that gets no memory for one request ends with the pack open, or goes on",
           "[integration][daemon][F66][bus][slow]") {
   if (needs_other_library()) return;
-  // Of an answer, of what is logged of a client, and of what a loop takes each second.
+  // Allocations for an answer, for log lines of a client, and for the periodic work of a loop each second.
   const std::int64_t n = GENERATE(1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233);
   CAPTURE(n);
   FailingBench bench;
@@ -206,7 +206,7 @@ TEST_CASE("a control loop that gets no memory for one request ends with the pack
     return;
   }
   CHECK(unit_opens(**unit));
-  // Where memory is needed to give memory back, as in a tree of JSON, the process can only be ended.
+  // If freeing memory needs memory, as with a tree of JSON, the process can only abort.
   if (*outcome.exit_status == 128 + SIGABRT) return;
   CHECK(*outcome.exit_status == exit_system);
   CHECK(is_open(bench.listener.last()));

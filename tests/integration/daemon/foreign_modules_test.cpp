@@ -1,4 +1,4 @@
-// The real daemon and the real emulated modules of another maker: what they say gets through to it.
+// The real daemon and the real emulated modules of another maker: their messages reach it.
 #include <fstream>
 #include <string>
 
@@ -32,7 +32,7 @@ TEST_CASE("a pack of another maker's modules closes with the real daemon, and op
     return fault == "module_lost";
   });
   CHECK(fault == "module_lost");
-  // What they cannot do, a line each.
+  // Their missing functions, a line each.
   CHECK(modules.find("They watch no cell by themselves and keep no limits") != std::string::npos);
   CHECK(modules.find("its limits lie within what the cell file allows, by at least 10 mV") != std::string::npos);
   CHECK(modules.find("They report no serial number") != std::string::npos);

@@ -1,4 +1,4 @@
-// The history of the real daemon: a row each second here, read by bmuctl while it is written and after.
+// The history of the real daemon: a row per second here, read by bmuctl while it is written and afterwards.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -68,8 +68,8 @@ struct HistoryBench : Bench {
   }
 };
 
-/// With half of the samples that its span has where nothing is late: cells are asked every 100 ms, the sensor tells
-/// every 20 ms.
+/// True if it has half of the samples of a span without delays: cells are polled every 100 ms, the sensor sends every
+/// 20 ms.
 bool is_well_filled(const nlohmann::json& row) {
   const std::int64_t span_ms = row.at("span_ms");
   const std::int64_t voltages = row.at("cells").at(0).at("voltage_samples");
@@ -84,7 +84,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   HistoryBench bench;
   bench.start();
   REQUIRE(bench.has_rows(4));
-  // How much of its second a row has measured is the machine's, too: one that had the time for it is waited for.
+  // The measured part of a second depends on the machine: the test waits for a row with enough samples.
   std::vector<nlohmann::json> running;
   REQUIRE(bench.becomes([&] {
     running = bench.rows({"--cells", "1.1,2.*"});
@@ -115,9 +115,9 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   REQUIRE(bench.ends_whole([&] { bench.start(); }));
   CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
   const auto after = bench.rows({"--file", bench.path});
-  CHECK(after.size() > running.size());  // the one under way came in at the end
+  CHECK(after.size() > running.size());  // the current one was added at the end
   CHECK(bench.ask({"history", "--file", bench.path, "--events"}).out.find("shutting down") != std::string::npos);
-  // Whatever its form: what could not be written is no success.
+  // In any output form a failed write is no success.
   for (const std::string form :
        {"history", "history --csv", "--json history", "history --events", "history --to -1d"}) {
     INFO(form);
@@ -132,14 +132,14 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   REQUIRE(bench.has_rows(2));
   const auto second_life = bench.rows();
   CHECK(second_life.front().at("life") == 1);
-  CHECK(second_life.back().at("life") >= 2);  // more where an end was not whole
+  CHECK(second_life.back().at("life") >= 2);  // more if an end was not complete
 }
 
 TEST_CASE("who asks for the history while the daemon creates it is told that nothing is recorded yet",
           "[integration][daemon][history][bus][slow]") {
   HistoryBench bench;
   const auto ask = [&] { return bench.ask({"history", "--file", bench.path}); };
-  // Until the first event is written nothing in the file says how long a minute is.
+  // Until the first event is written, the file does not contain the length of a minute.
   const std::string begin = " recorded yet in " + bench.path + "; the first minute comes after ";
   const auto is_nothing = [&](const std::string& text, const std::string& nothing, const std::string& end) {
     return text == nothing + begin + "30 to 90 s" + end || text == nothing + begin + "0.5 to 1.5 s" + end;
@@ -147,7 +147,7 @@ TEST_CASE("who asks for the history while the daemon creates it is told that not
   for (int start = 0; start < 3; ++start) {
     bench.daemon = std::make_unique<Process>(bench.history_command(), ProcessOptions{.err_file = bench.log});
     Finished answer = ask();
-    // From before there is a file until there is a minute in it, as fast as answers come.
+    // From before the file exists until it contains a minute, as fast as answers come.
     while (answer.out.find("Life 1 of the daemon") == std::string::npos) {
       INFO(answer.err);
       INFO(answer.out);
@@ -235,11 +235,11 @@ TEST_CASE("a history that somebody else has locked is warned of, written again, 
   sqlite3_close(other);
   CHECK(bench.has_logged("history.sqlite: written again"));
   CHECK(bench.becomes([&] { return bench.told().at("rows_waiting") == 0; }));
-  // A row comes each second, and sixteen may wait.
+  // A row comes each second, and sixteen may be queued.
   const bool had_room = std::chrono::steady_clock::now() - locked_at < std::chrono::seconds(15);
   CHECK((bench.told().at("rows_lost") == 0 || !had_room));
-  // How late the loop decides is the machine's, too. That it never waits for a disk is held by the tests of
-  // HistoryStore with a disk that hangs.
+  // The delay of the loop's decisions also depends on the machine. The tests of HistoryStore with a hanging disk verify
+  // that it never waits for a disk.
 }
 
 TEST_CASE("a damaged history is put aside at the start and a new one begun", "[integration][daemon][history][bus]") {
@@ -332,7 +332,7 @@ TEST_CASE(
     words.insert(words.begin(), {program("bmuctl"), "--socket", folder / "none.sock", "history", "--file", path});
     return run_program(words);
   };
-  // A minute each from 12:01 on.
+  // One row per minute from 12:01 on.
   const Finished shown = run({"--csv", "--from", "2026-03-01T12:03:00Z"});
   CHECK(shown.status == 0);
   CHECK(std::count(shown.out.begin(), shown.out.end(), '\n') == 1 + 8);

@@ -1,4 +1,4 @@
-// The real daemon, the real emulated pack and its inverter, which is on a bus of its own with the vehicle's messages.
+// The real daemon, the real emulated pack and its inverter, which is on its own bus with the vehicle's messages.
 #include <filesystem>
 #include <fstream>
 #include <string>

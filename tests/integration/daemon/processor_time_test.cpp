@@ -1,5 +1,5 @@
-// The daemon sleeps until something happens. How little it takes is measured elsewhere (docs/performance.md); here only
-// that it never goes round and round for something that stays as it is, which would take a whole processor.
+// The daemon sleeps until an event occurs. Its processor load is measured elsewhere (docs/performance.md); this test
+// only verifies that it never spins on a persistent condition, which would take a whole processor.
 #include <chrono>
 #include <csignal>
 #include <ctime>
@@ -17,7 +17,8 @@ using test::Bench;
 
 namespace {
 
-/// A few percent are usual, some ten with sanitizers; who spins has all of it, or half beside another test that does.
+/// A few percent are usual, about ten with sanitizers; a spinning process takes all of it, or half beside another such
+/// test.
 constexpr double most_of_a_processor = 0.3 * (test::is_sanitized ? 2 : 1);
 constexpr milliseconds looked_for{2000};
 

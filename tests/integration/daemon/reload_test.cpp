@@ -1,4 +1,4 @@
-// The real daemon takes up another pack file while it runs, or says why it does not; by bmuctl and by SIGHUP.
+// The real daemon loads another pack file while it runs, or reports why it does not; by bmuctl and by SIGHUP.
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
@@ -35,7 +35,7 @@ using std::chrono::milliseconds;
 
 constexpr const char* reload_request = R"({"cmd":"reload"})";
 
-/// With a pack file of its own, which a test may change.
+/// With its own pack file, which a test may change.
 struct ReloadBench : Bench {
   std::string text;
 
@@ -48,7 +48,7 @@ struct ReloadBench : Bench {
     more_options = {"--state", folder / "state.json"};
   }
   void put(const std::string& content) const { std::ofstream(pack) << content; }
-  /// The file as it was at first, with one thing different.
+  /// Writes the original file with one change.
   void put_with(const std::string& what, const std::string& with) const {
     std::string content = text;
     const auto at = content.find(what);
@@ -74,7 +74,7 @@ struct ReloadBench : Bench {
   }
 };
 
-/// The lowest descriptor that the process does not have.
+/// The lowest unused descriptor of the process.
 rlim_t first_free(const Process& process) {
   rlim_t number = 0;
   while (std::filesystem::is_symlink("/proc/" + std::to_string(process.pid()) + "/fd/" + std::to_string(number))) {
@@ -83,7 +83,7 @@ rlim_t first_free(const Process& process) {
   return number;
 }
 
-/// Entries of a folder of /proc: descriptors, threads.
+/// Number of entries of a folder of /proc: descriptors, threads.
 std::size_t count_in(const Process& process, const std::string& name) {
   const std::filesystem::directory_iterator entries("/proc/" + std::to_string(process.pid()) + "/" + name);
   return static_cast<std::size_t>(std::distance(begin(entries), end(entries)));
@@ -132,7 +132,7 @@ TEST_CASE("a reload takes up the file whole, says what has changed, and keeps wh
   CHECK(done.at("changes").at(0).at("now") == "80");
   CHECK(bench.daemon->pid() == pid);
   CHECK(bench.reloads() == 1);
-  // Locked over the reload as over a restart.
+  // Latched over the reload as over a restart.
   const nlohmann::json fault = overvoltage();
   CHECK(fault.at("stage") == "latched");
   CHECK(fault.at("is_restored") == true);
@@ -156,7 +156,7 @@ TEST_CASE("a reload with the same bus goes on commanding at once, after a short 
   ReloadBench bench;
   bench.start();
   REQUIRE(bench.listener.hears_commands(5));
-  // After a longer silence the next session listens.
+  // After a longer pause the next session listens first.
   constexpr std::int64_t kept_max_ms = 100;
   constexpr int reloads_max = 20;
   bool is_quick = false;
@@ -164,7 +164,7 @@ TEST_CASE("a reload with the same bus goes on commanding at once, after a short 
     bench.put_with_period(80 + reload);
     const nlohmann::json done = bench.reload();
     REQUIRE(done.at("is_new_life") == true);
-    // The reply is sent before the next session's loop begins.
+    // The reply is sent before the next session's loop starts.
     is_quick = done.at("away_ms") <= kept_max_ms / 2;
     const nlohmann::json status = ask_as(std::nullopt, bench.socket, R"({"cmd":"status"})");
     if (is_quick) CHECK(status.at("state").at("claim") == "held");
@@ -249,7 +249,7 @@ TEST_CASE("a pack whose bus cannot be opened is refused before anything that run
   bench.start_emulator("");
   bench.start();
   const std::string before = bench.hash();
-  // A bus between programs is a file here; where a folder is in its place there is none.
+  // A bus between programs is a file here; a folder of that name prevents it.
   const std::string name = "test-no-bus-" + std::to_string(::getpid());
   const std::string in_its_place = "/dev/shm/bmud-bus." + name;
   REQUIRE(std::filesystem::create_directory(in_its_place));
@@ -301,18 +301,18 @@ TEST_CASE("a life that cannot begin gives way to one with the configuration of b
     return;
   }
   ReloadBench bench;
-  // Threads that write files would take descriptors now and then.
+  // Threads that write files would take descriptors at times.
   bench.more_options = {"--history", "none"};
   bench.start_emulator("");
   bench.start();
   const std::string before = bench.hash();
-  // Lines and console want a descriptor each. The daemon gets one more than it has: what reading the file takes.
+  // Lines and console need a descriptor each. The daemon gets one more than it has: the one for reading the file.
   bench.put_with("\"poll\"", R"("gpio": {"chip": "/dev/gpiochip99", "outputs": {"fan": {"line": 6}}},
                                  "serial": {"device": "/dev/bmud-test-no-such-terminal"}, "poll")");
   auto client = Client::connect(bench.socket);
   REQUIRE(client);
   REQUIRE(client->send_line(R"({"cmd":"version"})"));
-  REQUIRE(client->read_line(test::hang_max));  // it has its descriptor by now
+  REQUIRE(client->read_line(test::hang_max));  // now the connection has its descriptor
   rlimit all{};
   REQUIRE(::prlimit(bench.daemon->pid(), RLIMIT_NOFILE, nullptr, &all) == 0);
   const rlimit one_more{.rlim_cur = first_free(*bench.daemon) + 1, .rlim_max = all.rlim_max};
@@ -326,7 +326,7 @@ TEST_CASE("a life that cannot begin gives way to one with the configuration of b
   CHECK(bench.hash() == before);
   CHECK(bench.reloads() == 0);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
-  // With enough of them it is taken.
+  // With enough descriptors it succeeds.
   CHECK(bench.reload().at("ok") == true);
   CHECK(bench.reloads() == 1);
   CHECK(bench.end() == 0);
@@ -378,12 +378,12 @@ TEST_CASE("clients stay connected over a reload, those who watch and those who a
   auto asking = Client::connect(bench.socket);
   REQUIRE(watching);
   REQUIRE(asking);
-  // Pictures wait while nobody reads them, and who lets a megabyte wait is dropped: few come, however long a reload
-  // takes.
+  // Unread updates are queued, and a client with a megabyte in its queue is dropped: this period produces few of them,
+  // however long a reload takes.
   REQUIRE(watching->send_line(R"({"cmd":"watch","period_ms":1000})"));
   REQUIRE(watching->read_line(test::hang_max));
   bench.put_with_period(80);
-  // What is asked behind a reload is answered behind it.
+  // A request sent after a reload is answered after it.
   REQUIRE(asking->send_line(std::string(reload_request) + "\n" + R"({"cmd":"status"})"));
   const auto done = asking->read_line(test::hang_max);
   REQUIRE(done);
@@ -421,7 +421,7 @@ TEST_CASE("the service manager is told of a reload, asked for patience, and told
   bench.start_daemon({.environment = {"NOTIFY_SOCKET=" + (bench.folder / "notify"), "WATCHDOG_USEC=500000"}});
   REQUIRE(manager.hears("READY=1", test::hang_max));
   REQUIRE(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
-  /// All but the signs of life.
+  /// All messages except the watchdog and status ones.
   const auto next_word = [&] {
     while (true) {
       const auto word = manager.next(test::hang_max);
@@ -435,7 +435,7 @@ TEST_CASE("the service manager is told of a reload, asked for patience, and told
   CHECK(next_word().starts_with("RELOADING=1\nMONOTONIC_USEC="));
   CHECK(next_word() == "WATCHDOG=1\nWATCHDOG_USEC=5000000");
   CHECK(next_word() == "READY=1\nWATCHDOG_USEC=500000");
-  // One that is refused has a beginning and an end, too.
+  // A refused reload also sends its start and its end.
   bench.put("{");
   CHECK(bench.reload().at("ok") == false);
   CHECK(next_word().starts_with("RELOADING=1\nMONOTONIC_USEC="));
@@ -480,17 +480,17 @@ TEST_CASE("two hundred reloads leave nothing behind", "[integration][daemon][rel
       REQUIRE(done.at("is_new_life") == true);
     }
   };
-  // With a sanitizer forty do: it looks at the end for what was left. An even number, or the next file is the same.
+  // With a sanitizer forty are enough: it checks for leaks at the end. An even number, or the next file is the same.
   constexpr int first_reloads = test::is_sanitized ? 10 : 50;
   reload_times(first_reloads);
-  // A sanitizer keeps 256 MB of what was freed.
+  // A sanitizer keeps 256 MB of freed memory.
   constexpr std::int64_t growth_max_kB = test::is_sanitized ? 300'000 : 8'000;
   const std::size_t descriptors = count_in(*bench.daemon, "fd");
   const std::size_t threads = count_in(*bench.daemon, "task");
   const std::int64_t memory_kB = resident_kB(*bench.daemon);
   reload_times(3 * first_reloads);
-  // Threads that write have a file open now and then, and buffers of some megabytes; a busy machine makes them write.
-  // What each reload left behind would be there thirty times or more.
+  // Writer threads have a file open at times, and buffers of some megabytes; a busy machine makes them write. A leak in
+  // each reload would occur thirty times or more.
   constexpr std::size_t few = 5;
   CHECK(bench.becomes([&] { return count_in(*bench.daemon, "fd") <= descriptors + few; }));
   CHECK(bench.becomes([&] { return count_in(*bench.daemon, "task") <= threads + few; }));

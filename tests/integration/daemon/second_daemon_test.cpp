@@ -1,4 +1,4 @@
-// Two daemons with sockets and files of their own on one bus: which one of them commands the pack.
+// Two daemons with their own sockets and files on one bus: which of them commands the pack.
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -27,7 +27,7 @@ std::vector<std::string> command_of_another(const Bench& bench, const std::strin
   return words;
 }
 
-/// Every frame of the bus that only a master sends.
+/// Receives every frame of the bus that only a master sends.
 class MasterReceiver {
  public:
   explicit MasterReceiver(const std::string& bus) {
@@ -39,7 +39,7 @@ class MasterReceiver {
     REQUIRE(port);
     port_ = std::move(*port);
   }
-  /// Reads what waits.
+  /// Reads the pending frames.
   void read() {
     ReceivedFrame received;
     while (port_->read(received) == ReadStatus::frame) {
@@ -54,7 +54,7 @@ class MasterReceiver {
   }
   [[nodiscard]] int frames() const { return frames_; }
   [[nodiscard]] int commands() const { return commands_; }
-  /// Each contactor command has the counter behind that of the one before: one sender.
+  /// True if each contactor command has the counter after that of the one before: one sender.
   [[nodiscard]] bool is_in_order() const { return is_in_order_ && port_->frames_lost() == 0; }
   [[nodiscard]] bool was_opened() const { return was_opened_; }
 
@@ -86,7 +86,7 @@ TEST_CASE("a daemon that starts beside one whose pack is closed sends nothing an
     CHECK(status == 71);
     CHECK(read_file(log).find("second master: ") != std::string::npos);
     CHECK(read_file(log).find("this daemon sends nothing and ends") != std::string::npos);
-    // What the first one received: nothing that only a master sends.
+    // The first daemon received no frame that only a master sends.
     REQUIRE(answer.is_object());
     CHECK(answer.at("receive").at("rejected_by_reason").value("foreign master", 0) == 0);
     CHECK(receiver.commands() > 0);
@@ -110,7 +110,7 @@ TEST_CASE("of two daemons that start together on a silent bus exactly one goes o
       daemons.at(which) = std::make_unique<Process>(command_of_another(bench, sockets.at(which)),
                                                     ProcessOptions{.err_file = logs.at(which)});
     }
-    // Whichever ends first.
+    // Waits for the first one to end.
     std::array<int, 2> status{-1, -1};
     const auto give_up_at = steady_clock::now() + test::hang_max;
     while (status[0] == -1 && status[1] == -1 && steady_clock::now() < give_up_at) {
@@ -123,7 +123,7 @@ TEST_CASE("of two daemons that start together on a silent bus exactly one goes o
     INFO("other: " << read_file(logs[1]));
     REQUIRE(status.at(loser) == 71);
     CHECK(read_file(logs.at(loser)).find("second master: ") != std::string::npos);
-    // The other goes on, with its claim held and no fault of the bus.
+    // The other continues, with its claim held and no fault of the bus.
     Process& winner = *daemons.at(1 - loser);
     nlohmann::json answer;
     const auto is_held = [&] {
@@ -131,7 +131,7 @@ TEST_CASE("of two daemons that start together on a silent bus exactly one goes o
       answer = nlohmann::json::parse(asked.out, nullptr, false);
       return answer.is_object() && answer.at("state").at("claim") == "held";
     };
-    bool is_winner_held = is_held();  // a starved one may have to listen once more
+    bool is_winner_held = is_held();  // a starved one may have to listen again
     while (!is_winner_held && steady_clock::now() < give_up_at) is_winner_held = is_held();
     REQUIRE(is_winner_held);
     CHECK(answer.at("faults_present").dump().find("foreign_master") == std::string::npos);
@@ -154,7 +154,7 @@ TEST_CASE("a daemon is ready after it has listened, and its status shows the lis
     before_ready += message.value_or("") + "\n";
   }
   CHECK(before_ready.find("STATUS=open, listening for another master") != std::string::npos);
-  REQUIRE(bench.listener.next(test::hang_max));  // what it may send, it sends in the same tick
+  REQUIRE(bench.listener.next(test::hang_max));  // a command, if it sends any, comes in the same tick
 }
 
 }  // namespace bmu

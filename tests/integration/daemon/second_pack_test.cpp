@@ -1,4 +1,4 @@
-// Two daemons, each with a pack of its own, on one vehicle's bus: each is the other's second pack.
+// Two daemons, each with its own pack, on one vehicle's bus: each is the other's second pack.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -17,7 +17,7 @@ using std::chrono::steady_clock;
 
 namespace {
 
-/// The demonstration pack with these keys instead of its own.
+/// The demonstration pack with these keys replaced.
 std::string pack_with(const TemporaryFolder& folder, const nlohmann::json& changes) {
   std::ifstream file(test::pack_file);
   nlohmann::json pack = nlohmann::json::parse(file, nullptr, true, true);
@@ -26,7 +26,7 @@ std::string pack_with(const TemporaryFolder& folder, const nlohmann::json& chang
   return folder.file("pack.json", pack.dump());
 }
 
-/// What is heard on the vehicle's bus.
+/// Receiver of the vehicle's bus.
 class VehicleEar {
  public:
   explicit VehicleEar(const std::string& bus) {
@@ -35,7 +35,7 @@ class VehicleEar {
     port_ = std::move(*port);
   }
   [[nodiscard]] BusPort& port() { return *port_; }
-  /// The next frame of this identifier whose byte is as wanted.
+  /// Waits for the next frame of this identifier that satisfies `is_wanted`.
   template <class IsWanted>
   [[nodiscard]] bool hears(std::uint32_t id, IsWanted is_wanted, milliseconds at_most) {
     const auto deadline = steady_clock::now() + at_most;
@@ -55,7 +55,7 @@ class VehicleEar {
   std::unique_ptr<BusPort> port_;
 };
 
-/// Its silence is seen some messages after that of its charge.
+/// The timeout of the pack is detected some messages after that of its charge.
 nlohmann::json status_of_silence(const test::Bench& bench) {
   const auto deadline = steady_clock::now() + test::hang_max;
   nlohmann::json status;
@@ -75,7 +75,7 @@ struct TwoPacks {
     other.pack = pack_with(other.folder, {{"vehicle", {{"base_id", "640"}, {"name", "SECOND"}}}});
     for (test::Bench* const bench : {&one, &other}) {
       bench->more_options = {"--bus-vehicle", vehicle};
-      // The other one is a real daemon: nobody has to play it.
+      // The second pack is a real daemon: it must not be emulated.
       bench->start_emulator(std::string("0 pack soc_permille 600\n") + (bench == &one ? "0 second_pack silent\n" : ""));
       bench->start_daemon();
     }
@@ -132,7 +132,7 @@ TEST_CASE("the real daemon answers who asks for data on the vehicle's bus",
   const auto is_answer = [](const CanFrame& frame) {
     return frame.length == 8 && frame.data[0] == 4 && frame.data[1] == 0x50 && frame.data[4] > 100;
   };
-  // Until it is answered: a starved daemon discards what waited meanwhile.
+  // Until it is answered: a starved daemon discards pending frames.
   CHECK(packs.one.becomes([&] {
     REQUIRE(ear.port().send(request));
     return ear.hears(0x74D, is_answer, milliseconds(1000));

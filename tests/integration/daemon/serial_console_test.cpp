@@ -1,5 +1,4 @@
-// The serial console on pseudo-terminals: by itself with somebody who misbehaves at the other end, and in the real
-// daemon.
+// The serial console on pseudo-terminals: by itself with a misbehaving peer, and in the real daemon.
 #include "daemon/shell/serial/serial_console.hpp"
 
 #include <atomic>
@@ -31,7 +30,7 @@ using test::Bench;
 using test::milliseconds;
 using test::PseudoTerminal;
 
-/// A log of so many lines: "line 1", "line 2".
+/// A log of `count` lines: "line 1", "line 2".
 LogSource numbered_log(int count) {
   return [count] {
     return [count, number = 0]() mutable -> Result<std::optional<std::string>, std::string> {
@@ -47,7 +46,7 @@ struct Desk {
   std::condition_variable changed;
   std::vector<std::string> told;
   std::unique_ptr<SerialConsole> console;
-  // Of the service mode: a line whenever it is looked for.
+  // State of the service mode: a line at each query.
   bool has_service = false;
   std::atomic<bool> is_service_on = false;
   int service_lines = 0;
@@ -84,7 +83,7 @@ std::string shipped_pack() {
   return test::in_source("config/packs/lipo-6s-24v.json");
 }
 
-/// The shipped pack of six cells, which lets its number of cells be set, or does not.
+/// The shipped pack of six cells, with or without permission to set its number of cells.
 PackConfig six_cells(bool may_set) {
   auto pack = load_pack_config(shipped_pack());
   REQUIRE(pack);
@@ -92,7 +91,7 @@ PackConfig six_cells(bool may_set) {
   return *pack;
 }
 
-/// In the text of that pack a precharge resistor that bears the voltage of 25 cells.
+/// Replaces the precharge resistor in the text of that pack by one that is rated for the voltage of 25 cells.
 void give_room_for_cells(std::string& pack_text) {
   const std::string before =
       "\"precharge_overcurrent_mA\": 1000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 30";
@@ -103,7 +102,7 @@ void give_room_for_cells(std::string& pack_text) {
       "\"precharge_overcurrent_mA\": 3000, \"precharge_resistance_Ohm\": 100, \"precharge_energy_J\": 1000");
 }
 
-/// The same with room for more, and further modules may come.
+/// The same with the larger resistor, and with permission for further modules.
 PackConfig extendable(std::uint8_t modules_max) {
   PackConfig pack = six_cells(true);
   pack.serial.modules_max = modules_max;
@@ -140,7 +139,7 @@ TEST_CASE("a terminal is the console's alone while it has it, and anybody's afte
   CHECK(terminal.ask("LogReq") == "Log is empty\r\n");
   const OwnedFd other(::open(terminal.name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (!other.is_open()) {
-    CHECK(errno == EBUSY);  // but for root
+    CHECK(errno == EBUSY);  // except for root
     return;
   }
   const auto is_exclusive = [&] {
@@ -191,7 +190,7 @@ TEST_CASE("the log is dumped line by line, and one with an error says so", "[int
     std::string wanted;
     for (int number = 1; number <= 600; ++number) wanted += "line " + std::to_string(number) + "\r\n";
     CHECK(terminal.read_to("lines\r\n") == wanted + "End of log: 600 lines\r\n");
-    CHECK(terminal.ask("LogReq") == "line 1\r\n");  // from the beginning again
+    CHECK(terminal.ask("LogReq") == "line 1\r\n");  // from the start again
   }
   SECTION("a disk that fails") {
     desk.start(terminal.name(), [] {
@@ -277,7 +276,7 @@ TEST_CASE("who does not read is not listened to, until he does, then nothing is 
   for (int number = 100'000; number < 200'000; ++number) lines += std::to_string(number) + "\n";
   const std::size_t typed = terminal.type_some(lines, milliseconds(500));
   CHECK(typed > 100);
-  CHECK(typed < 50'000);  // of 700 000: the rest was not taken
+  CHECK(typed < 50'000);  // of 700 000: the remaining bytes were not accepted
   for (std::size_t number = 0; number < typed / 7; ++number) {
     const std::string answer = terminal.read_to("\r\n");
     const std::string wanted = "Unknown command \"" + std::to_string(100'000 + number) + "\"";
@@ -315,7 +314,7 @@ TEST_CASE("a device that is not there is told once and found when it comes, one 
   std::filesystem::create_symlink(second.name(), device);
   CHECK(second.ask("LogReq") == "Log is empty\r\n");
   const std::lock_guard lock(desk.mutex);
-  CHECK(desk.count_of("No such file or directory") <= 2);  // once a loss, of a hundred looks
+  CHECK(desk.count_of("No such file or directory") <= 2);  // once per loss, of a hundred checks
   CHECK(desk.count_of("is gone") == 1);
 }
 
@@ -345,7 +344,7 @@ TEST_CASE("a console whose log hangs in a disk does not hold up the end", "[inte
   }
   const auto start = std::chrono::steady_clock::now();
   desk.console.reset();
-  CHECK(std::chrono::steady_clock::now() - start < test::hang_max);  // the disk would hang for ever
+  CHECK(std::chrono::steady_clock::now() - start < test::hang_max);  // the disk would hang permanently
   const std::lock_guard lock(disk->mutex);
   disk->is_back = true;
   disk->changed.notify_all();
@@ -479,7 +478,7 @@ TEST_CASE("CellC is refused unless the pack file allows it and the contactors ar
   CHECK(CellCountSetting(*many, state).set(47, true).error() ==
         "the pack has 4 modules, whose cells the pack file counts");
   CHECK(CellCountSetting(*many, state).set(48, true)->is_in_force);
-  CHECK(std::filesystem::is_empty(folder.path()));  // none of it has kept anything
+  CHECK(std::filesystem::is_empty(folder.path()));  // no call has saved anything
 }
 
 TEST_CASE("a number of cells that was set is in force from the next start on, and can be taken back",
@@ -498,7 +497,7 @@ TEST_CASE("a number of cells that was set is in force from the next start on, an
     CHECK(cell_count(setting.pack().core) == 6);
   }
   {
-    // may_set_cell_count is of the file's text in earnest; here the text that is read again does not have it.
+    // In operation may_set_cell_count comes from the file's text; the text that is read again here does not contain it.
     CellCountSetting setting(file, state);
     CHECK(setting.told() == "8 cells, set over the serial console; the pack file has 6");
     CHECK(cell_count(setting.pack().core) == 8);
@@ -546,7 +545,7 @@ TEST_CASE("a number of cells that is damaged, of another pack file, or no longer
 
 namespace {
 
-/// The shipped pack of six cells with a section for the console, on a terminal of its own.
+/// The shipped pack of six cells with a section for the console, on its own terminal.
 struct SerialBench : Bench {
   PseudoTerminal terminal;
   std::string state = folder / "state.json";
@@ -558,7 +557,7 @@ struct SerialBench : Bench {
     start_emulator(scenario);
     begin();
   }
-  /// The same pack where a second module may come, beside two emulated modules of 8 cells.
+  /// The same pack with permission for a second module, beside two emulated modules of 8 cells.
   void start_beside_16_cells() {
     std::string text =
         pack_text(R"("modules_max": 2, "device": ")" + terminal.name() + R"(", "may_set_cell_count": true)");
@@ -610,14 +609,14 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
   REQUIRE(bench.ends_whole([&] { bench.begin(); }));
   PseudoTerminal other;
   bench.begin({"--serial", other.name()});
-  // The life before has left what there was of its minute; one whose end was not whole may have left it, too.
+  // The previous session has stored its incomplete minute; one with an incomplete end may have stored it, too.
   int lines = 0;
   std::string line = other.ask("LogReq");
   for (; line.find(" C:") != std::string::npos; line = other.read_to("\r\n")) ++lines;
   CAPTURE(line);
   CHECK(lines > 0);
   CHECK(line.starts_with("End of log: " + std::to_string(lines) + " "));
-  // Nobody reads what is answered.
+  // The answers are not read.
   CHECK(other.type_some(std::string(200'000, '\n') + std::string(200'000, 'x'), milliseconds(200)) > 0);
   CHECK(bench.listener.hears_commands(20));
   CHECK(bench.becomes([&] {
@@ -634,7 +633,7 @@ TEST_CASE("while the daemon creates its history the log is empty, and that is no
   for (int start = 0; start < 3; ++start) {
     for (int i = 0; i < 20; ++i) REQUIRE(bench.terminal.ask("LogReq") == "Log is empty\r\n");
     bench.end();
-    // With what there was of its minute.
+    // Including the incomplete minute.
     for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(bench.folder / "history.sqlite" + end);
     bench.begin();
   }

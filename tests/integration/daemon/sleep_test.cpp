@@ -1,4 +1,4 @@
-// A machine that sleeps, as its daemon sees it when both are awake again: the real daemon, with a clock that leaps.
+// Suspend of the machine, as seen by the daemon after the resume: the real daemon, with a clock that leaps.
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/preload_word.hpp"
 
@@ -22,11 +22,11 @@ struct SleepBench : Bench {
     REQUIRE(listener.next(test::hang_max));
     REQUIRE(closes());
   }
-  /// By anything else than the sleep, which is one gap of its loop.
+  /// Held up by another cause than the suspend, which is one stall of its loop.
   [[nodiscard]] bool was_held_up() const { return Bench::was_held_up(1); }
 };
 
-/// Whichever it sees first: that it was away, or that its last command has not been heard on the bus for so long.
+/// Either cause may be detected first: the stall, or the missing echo of its last command.
 bool is_of_sleep(const std::string& fault) {
   return fault == "control_loop_gap" || fault == "command_not_on_bus";
 }
@@ -46,7 +46,7 @@ TEST_CASE("a machine that slept has been away: the pack is opened first, and clo
   });
   INFO(fault);
   REQUIRE(is_of_sleep(fault));
-  // With nobody on the bus only its timer wakes it, which has to be one of the same clock.
+  // Without other nodes on the bus only its timer wakes it, which must use the same clock.
   bench->emulator.reset();
   static_cast<void>(bench->listener.last());
   CHECK(bench->listener.hears_commands(10));

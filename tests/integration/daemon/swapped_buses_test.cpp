@@ -1,5 +1,5 @@
-// The emulated pack's two buses and the daemon's, the wrong way round: what the real filters let through must suffice
-// to name it.
+// The emulated pack's two buses are swapped against the daemon's: the frames that the real filters pass must suffice to
+// identify this.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* cause = "buses/internal and buses/vehicle are swapped";
 
-/// The emulator's internal bus is the daemon's vehicle bus, and the other way round.
+/// The emulator's internal bus is the daemon's vehicle bus, and the reverse.
 struct SwappedBench : Bench {
   SwappedBench() { more_emulator_options = {"--vehicle-bus", other_bus}; }
   SwappedBench(const SwappedBench&) = delete;
@@ -35,7 +35,7 @@ struct SwappedBench : Bench {
     prefer(*daemon);
   }
 
-  /// No command arrives on the emulator's bus that could pace this.
+  /// No command arrives on the emulator's bus that could pace this loop.
   template <class IsSo>
   [[nodiscard]] static bool is_so_in_time(IsSo is_so) {
     const auto give_up_at = steady_clock::now() + test::hang_max;

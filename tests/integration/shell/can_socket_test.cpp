@@ -1,5 +1,5 @@
-// The SocketCAN port on interfaces that come and go, and with system calls that fail: the kernel's side of it is played
-// here, as measured on Linux 6.1, since many a machine that builds this has a kernel without CAN.
+// The SocketCAN port on interfaces that appear and disappear, and with failing system calls: the kernel is emulated
+// here, as measured on Linux 6.1, because many build machines have a kernel without CAN.
 #include "daemon/shell/can/can_socket.hpp"
 
 #include <algorithm>
@@ -27,8 +27,8 @@
 namespace bmu {
 namespace {
 
-/// A kernel with any number of CAN interfaces and sockets. A socket's descriptor is a real one, readable as the socket
-/// is.
+/// A kernel with any number of CAN interfaces and sockets. The descriptor of a socket is a real one, and readable when
+/// the socket is.
 class FakeKernel final : public CanSystem {
  public:
   struct Queued {
@@ -51,7 +51,7 @@ class FakeKernel final : public CanSystem {
     std::map<int, int> options;  // of SOL_SOCKET
   };
 
-  // What happens to interfaces.
+  // Events of interfaces.
 
   void add(const std::string& name, bool is_running = true) {
     interfaces_[name] = {.index = ++last_index_, .is_running = is_running};
@@ -61,9 +61,9 @@ class FakeKernel final : public CanSystem {
     lose_carrier(name);
     raise(interfaces_.at(name).index, ENETDOWN);
   }
-  /// No socket hears of this, and sending goes on as if nothing were wrong.
+  /// No socket is notified of this, and sending continues to succeed.
   void lose_carrier(const std::string& name) { interfaces_.at(name).is_running = false; }
-  /// Sockets stay unbound and lose their filters, for ever.
+  /// Sockets stay unbound and lose their filters permanently.
   void remove(const std::string& name, int error = ENODEV) {
     const int index = interfaces_.at(name).index;
     interfaces_.erase(name);
@@ -76,7 +76,7 @@ class FakeKernel final : public CanSystem {
     }
   }
 
-  // What happens on the bus.
+  // Events of the bus.
 
   void frame_arrives(const std::string& name, const can_frame& frame, int flags = 0, int bytes = CAN_MTU) {
     for (auto& [fd, socket] : sockets_) {
@@ -90,9 +90,9 @@ class FakeKernel final : public CanSystem {
     }
   }
 
-  // What goes wrong in the calls.
+  // Failures of calls.
 
-  /// The nth call from now on (0 is the next) fails with this error instead of doing anything.
+  /// The nth call from now on (0 is the next) fails with this error and has no effect.
   void fail_call(int n, int error) {
     calls_until_failure_ = n;
     failure_ = error;
@@ -103,7 +103,7 @@ class FakeKernel final : public CanSystem {
   int open_error = 0;                              // of every open_socket
   int send_error = 0;                              // of every send
 
-  // What can be seen.
+  // Observable results.
 
   [[nodiscard]] std::map<int, Socket>& sockets() { return sockets_; }
   [[nodiscard]] Socket& data_socket() {
@@ -113,7 +113,7 @@ class FakeKernel final : public CanSystem {
   std::vector<can_frame> sent;
   static constexpr std::size_t queue_max = 278;
 
-  // The calls.
+  // The emulated calls.
 
   int open_socket() override {
     if (const int error = failing(); error != 0) return -error;
@@ -286,7 +286,7 @@ const PortOptions patient{.receive_ids = {}, .receive_errors = true, .must_exist
   return port.read(ignored);
 }
 
-/// Both directions work.
+/// Checks that both directions work.
 void check_working(FakeKernel& kernel, BusPort& port) {
   CHECK(port.state() == BusState::up);
   CHECK(read(port) == ReadStatus::empty);
@@ -299,7 +299,7 @@ void check_working(FakeKernel& kernel, BusPort& port) {
   CHECK(port.send(data_frame(0x321, 2)));
 }
 
-/// The loss is told by a readable descriptor and one status, and then there is silence.
+/// Checks that the loss is reported by a readable descriptor and one status, and only once.
 void check_loss_told_once(BusPort& port, BusState state) {
   CHECK(is_readable(port));
   CHECK(read(port) == ReadStatus::down);
@@ -364,7 +364,7 @@ TEST_CASE("an interface that is in use is looked at by the index it has", "[inte
     CHECK(kernel.known_indexes == std::vector<int>{kernel.sockets().begin()->second.interface_index});
   };
   check_asked_by_index();
-  // Gone and back with another.
+  // The interface disappears and returns with another index.
   kernel.remove("can0");
   kernel.add("can0");
   REQUIRE(read(*port) == ReadStatus::down);
@@ -472,7 +472,7 @@ TEST_CASE("a flood of error frames neither pushes data out nor keeps it waiting"
   REQUIRE(port->read(first) == ReadStatus::frame);
   REQUIRE(port->read(second) == ReadStatus::frame);
   CHECK(first.frame.is_error != second.frame.is_error);
-  CHECK(port->frames_lost() == 0);  // no data were lost
+  CHECK(port->frames_lost() == 0);  // no data frames were lost
 
   const auto deaf_to_errors = open_port(kernel);
   CHECK(kernel.sockets().size() == 3);
@@ -562,7 +562,7 @@ TEST_CASE("what the system or we refuse to send is counted and named", "[integra
   check_working(kernel, *port);
 }
 
-// The life of an interface, in the order of what sockets report about it.
+// Events of an interface, in the order in which sockets report them.
 
 TEST_CASE("an interface that is down when the port opens is awaited on the same socket", "[integration][can_socket]") {
   FakeKernel kernel;
@@ -606,7 +606,7 @@ TEST_CASE("an error left unread in the outage does not fail the first frame afte
   kernel.set_up("can0");
   port->maintain();
   CHECK(port->send(data_frame(1, 0)));
-  CHECK(read(*port) == ReadStatus::down);  // still the news since the last read
+  CHECK(read(*port) == ReadStatus::down);  // still the change since the last read
   CHECK(read(*port) == ReadStatus::frame);
   check_working(kernel, *port);
 }
@@ -639,7 +639,7 @@ TEST_CASE("an interface that is removed and created again is found by its name",
     CHECK(read(*port) == ReadStatus::down);
     kernel.remove("can0");
     CHECK(is_readable(*port));
-    CHECK(read(*port) == ReadStatus::empty);  // the loss is told already
+    CHECK(read(*port) == ReadStatus::empty);  // the loss has been reported already
   }
   SECTION("the second error has overwritten the first") {
     kernel.remove("can0");
@@ -672,7 +672,7 @@ TEST_CASE("an interface removed and created between two looks is noticed by its 
   FakeKernel kernel;
   kernel.add("can0");
   const auto port = open_port(kernel, everything);
-  kernel.remove("can0", 0);  // as if somebody had taken the error before we could
+  kernel.remove("can0", 0);  // as if another reader had consumed the error first
   kernel.add("can0");
   CHECK_FALSE(is_readable(*port));
   port->maintain();
@@ -686,12 +686,12 @@ TEST_CASE("a lost carrier, which no socket reports, is noticed by maintain", "[i
   kernel.add("can0");
   const auto port = open_port(kernel, everything);
   kernel.lose_carrier("can0");
-  CHECK(port->send(data_frame(1, 0)));  // the kernel says so
+  CHECK(port->send(data_frame(1, 0)));  // the kernel reports success
   CHECK(read(*port) == ReadStatus::frame);
   port->maintain();
   check_loss_told_once(*port, BusState::down);
   kernel.frame_arrives("can0", wire_frame(CAN_ERR_FLAG | CAN_ERR_RESTARTED));
-  CHECK(read(*port) == ReadStatus::frame);  // what the controller has to say is heard all the same
+  CHECK(read(*port) == ReadStatus::frame);  // error frames of the controller are received nevertheless
   kernel.set_up("can0");
   port->maintain();
   check_working(kernel, *port);
@@ -703,7 +703,7 @@ TEST_CASE("the bit rate is asked for whenever the interface has come up", "[inte
   kernel.bit_rates["can0"] = 500'000;
   const auto port = open_port(kernel, patient);
   CHECK(port->rate_bit_per_s() == 500'000);
-  // It can be changed while the interface is down.
+  // It can change while the interface is down.
   kernel.set_down("can0");
   port->maintain();
   CHECK(port->state() == BusState::down);
@@ -712,14 +712,14 @@ TEST_CASE("the bit rate is asked for whenever the interface has come up", "[inte
   kernel.set_up("can0");
   port->maintain();
   CHECK(port->rate_bit_per_s() == 250'000);
-  // Gone, there is none; back, there is another.
+  // Without the interface there is no bit rate; after its return there is another.
   kernel.remove("can0");
   port->maintain();
   CHECK(port->rate_bit_per_s() == 0);
   kernel.bit_rates["can0"] = 125'000;
   kernel.add("can0", false);
   port->maintain();
-  CHECK(port->rate_bit_per_s() == 0);  // not before it is up
+  CHECK(port->rate_bit_per_s() == 0);  // only after it is up
   kernel.set_up("can0");
   port->maintain();
   CHECK(port->rate_bit_per_s() == 125'000);
@@ -737,7 +737,7 @@ TEST_CASE("a bus without a bit rate, or of which none can be had, works all the 
   kernel.set_down("can0");
   CHECK(read(*port) == ReadStatus::down);
   kernel.set_up("can0");
-  kernel.fail_call(2, EAFNOSUPPORT);  // two looks at the interface come first
+  kernel.fail_call(2, EAFNOSUPPORT);  // two checks of the interface come first
   port->maintain();
   CHECK_FALSE(kernel.is_failure_pending());
   CHECK(port->rate_bit_per_s() == 0);
@@ -808,7 +808,7 @@ TEST_CASE("whatever call fails while an interface comes back, a later look succe
       ++failures;
       CHECK(port->last_error().find("can0") != std::string::npos);
       CHECK(port->send(data_frame(1, 1)).error() == SendError::down);
-      CHECK(kernel.sockets().size() % 2 == 0);  // both or none
+      CHECK(kernel.sockets().size() % 2 == 0);  // both sockets or none
       port->maintain();
     }
     CHECK(kernel.sockets().size() == 2);

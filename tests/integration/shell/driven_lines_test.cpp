@@ -1,4 +1,5 @@
-// The lines that a daemon drives are found by whoever opens them after it, though the pack file is another one by then.
+// The list of lines that a daemon drives, for programs that open the lines after it, even if the pack file has changed
+// by then.
 #include "daemon/shell/gpio/driven_lines.hpp"
 
 #include <csignal>
@@ -39,7 +40,7 @@ std::string pack_with_fan(const std::string& chip, int line) {
   return pack.dump();
 }
 
-/// A daemon that runs with a pack file of its own, whose fan is on a line.
+/// A daemon with its own pack file, with the fan on a line.
 struct FanBench : Bench {
   std::string driven = folder / "driven-lines.json";
 
@@ -75,7 +76,7 @@ TEST_CASE("driven lines are read as they were written, outputs only", "[integrat
     CHECK(found->line == wanted->line);
     CHECK(found->active_low == wanted->active_low);
   }
-  // Another pack without lines leaves none to be opened.
+  // Another pack without lines leaves an empty list.
   REQUIRE(write_driven_lines(path, std::nullopt));
   REQUIRE(*read_driven_lines(path));
   CHECK((*read_driven_lines(path))->has_no_outputs());
@@ -124,7 +125,7 @@ TEST_CASE("lines that cannot be written down leave no others behind", "[integrat
   const TemporaryFolder folder;
   const std::string path = folder / "driven-lines.json";
   REQUIRE(write_driven_lines(path, two_lines()));
-  // What is written first, and then renamed, has no place.
+  // The file that is written first, and then renamed, cannot be created.
   std::filesystem::create_directory(path + ".part");
   CHECK_FALSE(write_driven_lines(path, GpioConfig{.chip = "/dev/gpiochip1"}));
   const auto read = read_driven_lines(path);
@@ -153,7 +154,7 @@ TEST_CASE("the lines a daemon drove are opened after it, whatever the pack file 
   std::filesystem::remove(bench.pack);
   expect_tried();
 
-  // Without its word, or with one that is none, the pack file has to do.
+  // Without a valid list of driven lines the pack file is used.
   std::ofstream(bench.pack) << pack_with_fan("/dev/another-chip", 8);
   std::ofstream(driven, std::ios::trunc) << "torn";
   const Finished torn = open_lines(bench.pack, driven);
@@ -188,7 +189,7 @@ TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[
   bench.more_options = {"--driven-lines", bench.folder / "nowhere/driven-lines.json"};
   bench.start_daemon();
   REQUIRE(bench.listener.next(test::hang_max));
-  // The log is written by a thread of its own.
+  // The log is written by its own thread.
   const auto is_said = [&] {
     return read_file(bench.log).find("bmud --open-gpio will go by the pack file") != std::string::npos;
   };

@@ -1,6 +1,6 @@
-// The embedded bus between real processes, some of which are killed or stopped in the middle of whatever they do.
+// The embedded bus between real processes, some of which are killed or stopped at random points.
 //
-// A test that is random prints its seed; BMUD_TEST_SEED=N repeats it, as far as the scheduler lets it.
+// A randomised test prints its seed; BMUD_TEST_SEED=N repeats it, as far as the scheduler permits.
 #include "daemon/shell/can/embedded_bus.hpp"
 
 #include <algorithm>
@@ -32,13 +32,13 @@
 namespace bmu {
 namespace {
 
-// Ends a test that hangs, and decides nothing else: on a busy machine a process may get no processor for seconds.
+// Ends a hanging test, and has no other effect: on a busy machine a process may get no processor for seconds.
 constexpr int patience_ms = 60'000;
 
 const PortOptions with_echo{.receive_ids = {}, .receive_own = true};
 const PortOptions with_errors{.receive_ids = {}, .receive_errors = true};
 
-/// A bus of this test alone, whose file is removed with it.
+/// A bus for this test alone; its file is removed with the object.
 class TestBus {
  public:
   TestBus() {
@@ -52,7 +52,7 @@ class TestBus {
   [[nodiscard]] std::string path() const { return embedded_bus_path(bus_); }
   [[nodiscard]] std::string name() const { return "unix:" + bus_; }
 
-  /// Null where it cannot be had, so that children may use it, too: Catch's assertions belong to the parent.
+  /// Null if it cannot be opened, so that children may use it too: Catch's assertions belong to the parent.
   [[nodiscard]] std::unique_ptr<BusPort> try_open(const PortOptions& options = {}) const {
     Result<std::unique_ptr<BusPort>, OsError> port = open_bus(name(), options);
     return port ? std::move(*port) : nullptr;
@@ -77,7 +77,7 @@ class TestBus {
   return poll(&entry, 1, timeout_ms) == 1;
 }
 
-/// One end of a line between parent and child that carries "go on" and nothing else.
+/// One end of a channel between parent and child that carries the message "go on" only.
 class Line {
  public:
   explicit Line(OwnedFd fd) : fd_(std::move(fd)) {}
@@ -91,7 +91,7 @@ class Line {
   OwnedFd fd_;
 };
 
-/// A process that runs `body` and exits with what it returns; killed at the latest when this object goes.
+/// A process that runs `body` and exits with its result; killed at the latest when this object is destroyed.
 class Child {
  public:
   explicit Child(const std::function<int(const Line&)>& body) : line_(OwnedFd()) {
@@ -102,7 +102,7 @@ class Child {
     pid_ = fork();
     REQUIRE(pid_ >= 0);
     if (pid_ == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);  // where the test itself is killed
+      prctl(PR_SET_PDEATHSIG, SIGKILL);  // if the test itself is killed
       ours = OwnedFd();
       _exit(body(Line(std::move(theirs))));
     }
@@ -138,7 +138,7 @@ class Child {
   pid_t pid_ = 0;
 };
 
-/// An integer generator of our own (splitmix64), so that a seed means the same everywhere.
+/// An own integer generator (splitmix64), so that a seed gives the same sequence on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -160,7 +160,7 @@ class Random {
   return static_cast<std::uint64_t>(monotonic_now().time_since_epoch().count());
 }
 
-/// A frame whose bytes are all needed to say what it is, so that a mixture of two frames is noticed.
+/// A frame that is identified by all its bytes together, so that a mixture of two frames is detected.
 [[nodiscard]] CanFrame numbered(std::uint32_t sender, std::uint32_t number) {
   CanFrame frame = data_frame(sender, 8);
   const std::uint32_t check = (number * 2654435761U) ^ sender;
@@ -179,14 +179,14 @@ class Random {
   return frame == numbered(frame.id, number_of(frame));
 }
 
-/// What was seen where on the bus, by position since the record was begun.
+/// A frame and its position on the bus, counted from the start of the record.
 struct Sighting {
   std::uint64_t position = 0;
   std::uint64_t word = 0;  // identifier and number of the frame, never 0
 };
 
-/// What one receiver saw. Positions only agree with those of others if it counts what it lost exactly. Of what it lost
-/// nothing else is kept: a reader without a processor would be told of more while it made room for it.
+/// The frames that one receiver saw. Positions agree with those of others only if it counts its losses exactly. Nothing
+/// else of the losses is kept: a reader without a processor would get more of them while it allocated memory.
 class Record {
  public:
   explicit Record(BusPort& port) : port_(&port), lost_before_(port.frames_lost()) {}
@@ -207,14 +207,14 @@ class Record {
     }
     return true;
   }
-  /// Reads until the descriptor says that there is no more.
+  /// Reads until the descriptor is no longer readable.
   void read_all() {
     while (is_readable(port_->fd(), 0)) {
       while (read_one()) continue;
     }
   }
   [[nodiscard]] std::uint64_t received() const { return seen_.size(); }
-  /// Of the frame that comes next, unless more are lost.
+  /// Position of the next frame, unless more are lost.
   [[nodiscard]] std::uint64_t position() const { return received() + port_->frames_lost() - lost_before_; }
   [[nodiscard]] bool are_intact() const { return are_intact_; }
   /// In the order of their positions.
@@ -227,7 +227,7 @@ class Record {
   bool are_intact_ = true;
 };
 
-/// Where both saw a frame they saw the same one.
+/// True if both saw the same frame at each position that both have.
 [[nodiscard]] bool is_same_order(std::span<const Sighting> a, std::span<const Sighting> b) {
   std::size_t i = 0;
   for (const Sighting& one : a) {
@@ -238,7 +238,7 @@ class Record {
   return true;
 }
 
-/// Each sender's frames stand in the order in which it sent them.
+/// True if each sender's frames are in the order in which it sent them.
 [[nodiscard]] bool is_each_sender_in_order(std::span<const Sighting> seen) {
   std::vector<std::uint64_t> last(0x800, 0);
   for (const Sighting& sighting : seen) {
@@ -249,7 +249,7 @@ class Record {
   return true;
 }
 
-/// Reads until so many positions of the bus have passed, waiting for them; false if they do not come.
+/// Reads until this position of the bus is reached, waiting for frames; false if they do not come.
 [[nodiscard]] bool read_up_to(Record& record, const BusPort& port, std::uint64_t position) {
   while (record.position() < position) {
     if (!record.read_one() && !is_readable(port.fd(), patience_ms)) return false;
@@ -257,7 +257,7 @@ class Record {
   return record.position() == position;
 }
 
-/// Sends `count` frames, reading what is there between them, and then the rest of the bus's traffic.
+/// Sends `count` frames, reading the pending frames between them, and then the remaining traffic of the bus.
 [[nodiscard]] bool send_and_read(BusPort& port, Record& record, std::uint32_t id, std::uint32_t count,
                                  std::uint64_t total) {
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -267,7 +267,7 @@ class Record {
   return read_up_to(record, port, total);
 }
 
-/// The memory of a bus as its ports see it, to leave it behind as a writer that died in a certain place would.
+/// The memory of a bus as its ports see it, to leave it in the state of a writer that died at a certain point.
 class RawMemory {
  public:
   explicit RawMemory(const TestBus& bus) : file_(::open(bus.path().c_str(), O_RDWR | O_CLOEXEC)) {
@@ -419,7 +419,7 @@ TEST_CASE("a file of another user is refused", "[integration][embedded_bus]") {
 TEST_CASE("a participant in another network namespace is refused, unless it is alone",
           "[integration][embedded_bus][bus]") {
   const TestBus bus;
-  // Forked first: a copy of our port in the child would count as a participant.
+  // Forked first: a copy of this process's port in the child would count as a participant.
   Child elsewhere([&](const Line& line) {
     if (unshare(CLONE_NEWNET) != 0 || !line.tell()) return 77;
     if (!line.wait() || bus.refusal().find("another network namespace") == std::string::npos) return 1;
@@ -437,7 +437,7 @@ TEST_CASE("a participant in another network namespace is refused, unless it is a
   here = nullptr;
   REQUIRE(elsewhere.line().tell());
   CHECK(elsewhere.exit_code() == 0);
-  here = bus.open();  // and back again
+  here = bus.open();  // and back
 }
 
 TEST_CASE("the 33rd participant is refused and gets in when one has left", "[integration][embedded_bus][bus]") {
@@ -475,7 +475,7 @@ TEST_CASE("the descriptor is readable exactly while there is something to read",
   for (std::uint32_t i = 0; i < 3; ++i) REQUIRE(sender->send(numbered(1, i)));
   ReceivedFrame received;
   for (int i = 0; i < 3; ++i) {
-    CHECK(is_readable(receiver->fd(), 0));  // before the first read, and with a part of it read
+    CHECK(is_readable(receiver->fd(), 0));  // before the first read, and after a partial one
     CHECK(receiver->read(received) == ReadStatus::frame);
   }
   CHECK(receiver->read(received) == ReadStatus::empty);
@@ -511,7 +511,7 @@ TEST_CASE("a reader that is too slow goes on near the end and counts exactly wha
   };
   send(EmbeddedRing::slot_count);
   record.read_all();
-  CHECK(slow->frames_lost() == 0);  // a full ring is not yet too much
+  CHECK(slow->frames_lost() == 0);  // a full ring is within the limit
   CHECK(record.position() == sent);
   for (const std::uint64_t burst : {std::uint64_t{1}, std::uint64_t{2}, 3 * EmbeddedRing::slot_count + 17}) {
     const std::uint64_t lost_before = slow->frames_lost();
@@ -572,7 +572,7 @@ TEST_CASE("a number's new owner leaves alone what its predecessors published las
   const auto receiver = bus.open();
   const RawMemory memory(bus);
   Record record(*receiver);
-  // Each owner publishes a few frames, so that they share what the ring points to in ever new ways.
+  // Each owner publishes a few frames, so that the owners share the ring's entries in varying combinations.
   std::uint32_t sent = 0;
   for (int owner = 0; owner < 5000; ++owner) {
     RingWriter writer(memory.ring(), 31);
@@ -711,7 +711,7 @@ TEST_CASE("threads with ports of their own are participants like processes", "[i
   }
 }
 
-/// Sends as fast as it can until it is killed.
+/// Sends at the maximum rate until it is killed.
 [[nodiscard]] int babble(const TestBus& bus, const Line& line, std::uint32_t first_number) {
   const auto port = bus.try_open();
   if (port == nullptr || !line.tell()) return 1;
@@ -786,7 +786,7 @@ TEST_CASE("a participant stopped in the middle of sending holds up nobody", "[in
   }
 }
 
-/// Waits for a frame as a loop around poll() does; false if it is not woken.
+/// Waits for a frame like a loop around poll(); false if it is not woken.
 [[nodiscard]] bool await_frame(BusPort& port, ReceivedFrame& received) {
   while (port.read(received) != ReadStatus::frame) {
     if (!is_readable(port.fd(), patience_ms)) return false;
@@ -818,7 +818,7 @@ TEST_CASE("no wake-up is lost in a game of ping-pong", "[integration][embedded_b
   CHECK(pong.exit_code() == 0);
 }
 
-/// Burns the time: to sleep so briefly is not possible.
+/// Waits actively: so short a sleep is not possible.
 void linger(std::uint64_t time_ns) {
   const TimePoint until = monotonic_now() + std::chrono::nanoseconds(time_ns);
   while (monotonic_now() < until) continue;
@@ -847,7 +847,7 @@ TEST_CASE("no wake-up is lost where one frame is read for each", "[integration][
   REQUIRE(frugal.line().wait());
   ReceivedFrame received;
   for (std::uint32_t number = 0; number < rounds * burst;) {
-    // Just when the other side goes to sleep is when it is hardest to wake.
+    // A wake-up is most likely to be lost at the moment when the other side goes to sleep.
     linger(random.below(2'000));
     for (const CanFrame& frame : {numbered(1, number), numbered(1, number + 1)}) static_cast<void>(sender->send(frame));
     number += burst;
@@ -868,7 +868,7 @@ TEST_CASE("a reader stopped in the middle of a frame notices that it was overtak
   const auto sender = bus.open();
   const RawMemory memory(bus);
   Child reader([&](const Line& line) {
-    RingReader ring_reader(memory.ring());  // without a port around it, so that it is mostly copying frames
+    RingReader ring_reader(memory.ring());  // without a port around it, so that it spends most time on copying frames
     if (!line.tell()) return 1;
     RingReader::Item item;
     for (std::uint64_t read = 0; item.frame.id != 2;) {
@@ -888,7 +888,7 @@ TEST_CASE("a reader stopped in the middle of a frame notices that it was overtak
     reader.resume();
     linger(random.below(200'000));
     reader.stop();
-    send(EmbeddedRing::entry_count + 1);  // so that every entry it could be reading is another frame's by now
+    send(EmbeddedRing::entry_count + 1);  // so that every entry it may be reading belongs to another frame by then
     reader.resume();
   }
   REQUIRE(sender->send(numbered(2, sent)));

@@ -1,5 +1,5 @@
-// GPIO lines on a chip that is played here, with calls that fail, lines that are busy and chips that go; the same class
-// on a chip of the kernel is tests/rig/gpio/gpio_on_chip_test.cpp.
+// GPIO lines on an emulated chip, with failing calls, busy lines and disappearing chips; the test of the same class on
+// a chip of the kernel is tests/rig/gpio/gpio_on_chip_test.cpp.
 #include "daemon/shell/gpio/gpio_lines.hpp"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ constexpr std::uint32_t pulse_line = 11;
 constexpr ContactorOutputs all_open{};
 constexpr ContactorOutputs driving{.main_positive = true, .main_negative = true};
 
-/// Open, and told once that nothing is to be closed.
+/// Opened, and driven once with all contactors open.
 struct Ready {
   FakeChip chip;
   GpioLines lines{pack_lines(), chip};
@@ -126,7 +126,7 @@ TEST_CASE("all outputs are one request that makes them open before they are outp
   CHECK(request.config.attrs[1].attr.id == GPIO_V2_LINE_ATTR_ID_OUTPUT_VALUES);
   CHECK(request.config.attrs[1].attr.values == 0);
   CHECK(request.config.attrs[1].mask == 0b1111);
-  // One level each, the inactive one: no glitch.
+  // One level each, the inactive one, so that there is no glitch.
   CHECK(chip.wires[positive_line].was_driven == std::vector<bool>{true});
   CHECK(chip.wires[negative_line].was_driven == std::vector<bool>{false});
   CHECK(chip.wires[precharge_line].was_driven == std::vector<bool>{false});
@@ -325,9 +325,9 @@ TEST_CASE("a stop that was let go again is still told, once", "[integration][gpi
   CHECK_FALSE(stop.was_inactive);
   pack.chip.set_wire(estop_line, true);
   CHECK(level_of(pack.lines, "cockpit").was_inactive);
-  CHECK(level_of(pack.lines, "cockpit").was_inactive);  // it stays so, as long as it is
+  CHECK(level_of(pack.lines, "cockpit").was_inactive);  // it stays so while the line is inactive
   pack.chip.set_wire(estop_line, false);
-  CHECK_FALSE(level_of(pack.lines, "cockpit").was_inactive);  // that it was before the last read is old
+  CHECK_FALSE(level_of(pack.lines, "cockpit").was_inactive);  // its state before the last read is old
 }
 
 TEST_CASE("more edges than one read takes are all taken", "[integration][gpio]") {
@@ -341,7 +341,7 @@ TEST_CASE("more edges than one read takes are all taken", "[integration][gpio]")
 
 // --- pulses ---------------------------------------------------------------------------------------------------------
 
-/// A monitor on a captured line.
+/// An insulation monitor on a line with captured edges.
 struct Captured {
   FakeChip chip;
   GpioLines lines;
@@ -419,7 +419,7 @@ TEST_CASE("edges that the kernel had no room for make no period longer", "[integ
   for (int count = 0; count < 3; ++count) monitor.period(25ms, 100ms);
   monitor.set(true);
   REQUIRE(monitor.look()->duty_permille == 250);
-  monitor.chip.edges_to_lose = 2;  // a fall and the next rise
+  monitor.chip.edges_to_lose = 2;  // a falling edge and the next rising edge
   monitor.wait(5ms);
   monitor.set(false);
   monitor.wait(5ms);
@@ -483,7 +483,7 @@ TEST_CASE("a pulse line alone is enough, and one that cannot interrupt is named"
   check_text(busy.error(), EBUSY, {"11 (insulation_pulses)", "\"pps\""});
 }
 
-// --- what is refused ------------------------------------------------------------------------------------------------
+// --- refused lines --------------------------------------------------------------------------------------------------
 
 TEST_CASE("a busy line is named, and its owner", "[integration][gpio]") {
   FakeChip chip;
@@ -558,7 +558,7 @@ TEST_CASE("a file that is no chip is called one", "[integration][gpio]") {
   check_text(opened.error(), ENOTTY, {"something that is no GPIO chip"});
 }
 
-// --- what fails later -----------------------------------------------------------------------------------------------
+// --- later failures -------------------------------------------------------------------------------------------------
 
 TEST_CASE("a set that fails opens what it can, and stops the watchdog until all was wanted open",
           "[integration][gpio][BMS_F.3]") {
@@ -667,7 +667,7 @@ TEST_CASE("all outputs are driven open where a daemon left them closed", "[integ
   REQUIRE(is_closed_on(chip));
   CHECK(open_gpio_outputs(pack_lines(), chip).empty());
   CHECK_FALSE(is_closed_on(chip));
-  CHECK(chip.asked.size() == 1);  // inputs are nobody's business here
+  CHECK(chip.asked.size() == 1);  // the inputs are not requested here
   CHECK(chip.open_descriptors() == 0);
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t report_id = 0x627;
 constexpr std::uint8_t unknown_air = 0x80;
 
-/// Receives 627h and nothing else.
+/// Receives 627h only.
 class AirDisplay {
  public:
   explicit AirDisplay(const std::string& bus) {
@@ -23,7 +23,7 @@ class AirDisplay {
     REQUIRE(port);
     port_ = std::move(*port);
   }
-  /// Byte 1 of 627h becomes so: whole degrees Celsius, signed.
+  /// Waits until byte 1 of 627h has this value: whole degrees Celsius, signed.
   [[nodiscard]] bool shows(std::uint8_t air) {
     const auto give_up_at = test::steady_clock::now() + test::hang_max;
     while (test::steady_clock::now() < give_up_at) {
@@ -42,7 +42,7 @@ class AirDisplay {
   std::unique_ptr<BusPort> port_;
 };
 
-/// The pack of the demonstration on one bus, whose intake air is read from a file.
+/// The demonstration's pack on one bus, with the intake air read from a file.
 std::string pack_that_reads(const std::string& file, const std::string& bus) {
   std::ifstream shipped(test::pack_file);
   nlohmann::json pack = nlohmann::json::parse(shipped, nullptr, true, true);

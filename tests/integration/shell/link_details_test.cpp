@@ -1,5 +1,5 @@
-// The kernel's answer about a CAN interface: attributes as rtnetlink nests them, whole, damaged, and of other kinds.
-// The question itself is put to the running kernel, which has no CAN everywhere, but always a loopback interface.
+// The kernel's answer about a CAN interface: attributes as rtnetlink nests them, complete, damaged, and of other kinds.
+// The request itself is sent to the running kernel, which may have no CAN, but always has a loopback interface.
 #include "daemon/shell/can/link_details.hpp"
 
 #include <cerrno>
@@ -63,7 +63,7 @@ Bytes timing(std::uint32_t bit_per_s) {
   bits.sample_point = 875;
   return attribute(IFLA_CAN_BITTIMING, bytes_of(bits));
 }
-/// As Linux 6.1 answers: other attributes before and between.
+/// As Linux 6.1 answers: with other attributes before and between.
 Bytes can_link(std::uint32_t bit_per_s) {
   const Bytes clock = attribute(IFLA_CAN_CLOCK, bytes_of(can_clock{.freq = 8'000'000}));
   const Bytes state = attribute(IFLA_CAN_STATE, bytes_of(std::uint32_t{CAN_STATE_ERROR_ACTIVE}));
@@ -90,7 +90,7 @@ TEST_CASE("the bit rate of a CAN interface is in the bit timing of its link", "[
   for (const std::uint32_t bit_per_s : {0U, 83'333U, 500'000U, 1'000'000U}) {
     CHECK(read(can_link(bit_per_s)) == Answer{0, bit_per_s});
   }
-  // Nested attributes may say that they are.
+  // Nested attributes may be flagged as such.
   const Bytes info =
       joined({attribute(IFLA_INFO_KIND, text_bytes("can")), attribute(IFLA_INFO_DATA | NLA_F_NESTED, timing(250'000))});
   CHECK(read(link_message(attribute(IFLA_LINKINFO | NLA_F_NESTED, info))) == Answer{0, 250'000});
@@ -112,7 +112,7 @@ TEST_CASE("an answer that is cut anywhere is damaged or has no bit rate, and nev
   for (std::size_t length = 0; length < whole.size(); ++length) {
     INFO(length << " of " << whole.size());
     CHECK(read(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length))) == Answer{-EBADMSG, 0});
-    // The same with a header that agrees: attributes then end too soon.
+    // The same with a consistent header: then attributes are truncated.
     if (length < sizeof(nlmsghdr)) continue;
     const Bytes cut = message(
         RTM_NEWLINK, Bytes(whole.begin() + sizeof(nlmsghdr), whole.begin() + static_cast<std::ptrdiff_t>(length)));
@@ -144,7 +144,7 @@ TEST_CASE("a refusal is the kernel's error, and another message none at all", "[
   nlmsgerr refusal{};
   refusal.error = -ENODEV;
   CHECK(read(message(NLMSG_ERROR, bytes_of(refusal))) == Answer{-ENODEV, 0});
-  refusal.error = 0;  // an acknowledgement, which nobody asked for
+  refusal.error = 0;  // an acknowledgement that was not requested
   CHECK(read(message(NLMSG_ERROR, bytes_of(refusal))) == Answer{-EBADMSG, 0});
   CHECK(read(message(NLMSG_ERROR, Bytes(2))) == Answer{-EBADMSG, 0});
   CHECK(read(message(NLMSG_DONE, Bytes(sizeof(ifinfomsg)))) == Answer{-EBADMSG, 0});

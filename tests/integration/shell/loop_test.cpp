@@ -1,4 +1,4 @@
-// The loop of the daemon on a bus of this test: what it makes of frames that waited while the process did not run.
+// The daemon's loop on an emulated bus: handling of frames that were pending while the process did not run.
 #include "daemon/shell/loop.hpp"
 
 #include <array>
@@ -25,13 +25,13 @@ namespace bmu {
 
 namespace {
 
-/// Stands for SIGSTOP and SIGCONT, or for a processor that others have: for so long this process does nothing.
+/// Stands for SIGSTOP and SIGCONT, or for a busy processor: the process does nothing for this time.
 void be_stopped(Duration how_long) {
   const timespec span{.tv_sec = 0, .tv_nsec = static_cast<long>(how_long.count())};
   REQUIRE(::nanosleep(&span, nullptr) == 0);
 }
 
-/// A bus that somebody else fills, and that stops the process where the test wants it.
+/// A bus that the test fills, and that stops the process at the point the test selects.
 struct ScriptedPort : BusPort {
   std::deque<CanFrame> waiting;
   std::function<void(const CanFrame&)> on_send;
@@ -78,14 +78,14 @@ CanFrame current_frame() {
   return frame;
 }
 
-/// Both emergency stops are pressed in it: the loop decides on it at once, before it reads on.
+/// Both emergency stops are pressed in it: the loop decides on it at once, before it reads further frames.
 CanFrame urgent_frame() {
   CanFrame frame = make_frame(internal_bus::pdu_status);
   seal(internal_bus::pdu_status, 7, frame);
   return frame;
 }
 
-/// The first decision after a stop: how long after the one before it, and when what it knows was taken.
+/// The first decision after a stop: time since the decision before, and times of the values it used.
 struct FirstDecision : CoreTap {
   const Core* core = nullptr;
   bool is_awaited = false;
@@ -107,7 +107,7 @@ struct FirstDecision : CoreTap {
   TimePoint last_at_{};
 };
 
-/// The first observation of all, if that is how the claim begins.
+/// The first observation of all, if it is the start of the claim.
 struct ClaimTap : CoreTap {
   std::optional<ClaimBegins> claim;
 
@@ -122,8 +122,8 @@ struct ClaimTap : CoreTap {
 };
 
 struct LoopBench {
-  static constexpr int frame_number = 20;  // where things happen: in the midst of work
-  static constexpr int frames_after = 10;  // and these are sent after it, within less than what makes a value old
+  static constexpr int frame_number = 20;  // number of the frame at which `happens` is called: during normal operation
+  static constexpr int frames_after = 10;  // sent after it, within less than the max age of a value
 
   TemporaryFolder folder;
   PackConfig pack = *load_pack_config(test::in_source("config/packs/demo-48s.json"));
@@ -138,13 +138,13 @@ struct LoopBench {
   FirstDecision first;
   ClaimPlan claim{};
   ClaimTap claim_tap;
-  std::string failure_text;  // why the loop ended, if not in order
+  std::string failure_text;  // error with which the loop ended; empty: it ended in order
   int frames_sent = 0;
   bool has_ended = false;
-  std::function<bool()> is_done = [] { return true; };  // past those frames: whether the loop may end
+  std::function<bool()> is_done = [] { return true; };  // after those frames: true if the loop may end
   TimePoint stopped_at{};
 
-  /// Until some frames after the one at which `happens` is called.
+  /// Runs until some frames after the one at which `happens` is called.
   void run(const std::function<void()>& happens) {
     port.on_send = [&](const CanFrame&) {
       ++frames_sent;
@@ -173,7 +173,7 @@ struct LoopBench {
     failure_text = ended ? "" : to_text(ended.error());
     REQUIRE(::pthread_sigmask(SIG_SETMASK, &before, nullptr) == 0);
   }
-  /// The second one does not wait for contacts that nobody here reports.
+  /// The second signal skips the wait for contacts, which no node reports here.
   static void end() {
     REQUIRE(::raise(SIGTERM) == 0);
     REQUIRE(::raise(SIGINT) == 0);
@@ -195,7 +195,7 @@ struct LoopBench {
 
 TEST_CASE("a bit rate that an interface comes back with is judged, and the loop goes on", "[integration][loop]") {
   LoopBench bench;
-  // A starved loop may send ten frames between two looks at its ports.
+  // A starved loop may send ten frames between two checks of its ports.
   const TimePoint give_up_at = monotonic_now() + test::hang_max;
   bench.is_done = [&] { return bench.rate.finding().verdict == RateVerdict::too_slow || monotonic_now() > give_up_at; };
   bench.run([&] { bench.port.rate = 10'000; });
@@ -234,7 +234,7 @@ TEST_CASE("a loop that follows one through the same ports keeps its claim, if th
   REQUIRE(late.claim_tap.claim);
   CHECK_FALSE(late.claim_tap.claim->is_kept);
 
-  LoopBench without;  // as in the other tests here
+  LoopBench without;  // as in the other tests of this file
   without.run([] {});
   CHECK_FALSE(without.claim_tap.claim);
 }
@@ -266,7 +266,7 @@ TEST_CASE("frames that waited while the reading was stopped half-way are not tak
 
 namespace {
 
-/// Three frames wait while the loop is stopped for 60 ms, reading or deciding.
+/// Three frames are pending while the loop is stopped for 60 ms, reading or deciding.
 void stop_briefly(LoopBench& bench, bool is_reading) {
   bench.run([&] {
     bench.arrive_three();
@@ -278,9 +278,9 @@ void stop_briefly(LoopBench& bench, bool is_reading) {
   });
 }
 
-/// The first run in which the loop was not starved as well. One that decided later than `loop_gap_max` after the
+/// The first run in which the loop was not starved as well. A run that decided later than `loop_gap_max` after the
 /// decision before shows only that a longer stop is a gap. The loop decides after it has discarded frames, so a stop
-/// that it takes for a gap by mistake is measured with its true length and does not pass for starvation.
+/// that it counts as a gap by mistake is measured with its true length and does not pass for starvation.
 std::unique_ptr<LoopBench> stopped_briefly(bool is_reading) {
   const TimePoint give_up_at = monotonic_now() + test::hang_max;
   while (monotonic_now() < give_up_at) {

@@ -1,4 +1,4 @@
-// The control loop with a real-time priority and locked memory: the real daemon, asked of the kernel.
+// The control loop with a real-time priority and locked memory: the real daemon, verified through the kernel.
 #include <set>
 #include <string>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr int priority = 20;
 
-/// The lines of /proc/PID/status by their names.
+/// The value of a line of /proc/PID/status, by its name.
 std::string status_of(pid_t pid, const std::string& name) {
   std::istringstream lines(read_file("/proc/" + std::to_string(pid) + "/status"));
   for (std::string line; std::getline(lines, line);) {
@@ -68,7 +68,8 @@ TEST_CASE("with a real-time priority the loop's thread has it, and no other", "[
   const auto locked_kB = std::stoll(status_of(pid, "VmLck"));
   const auto size_kB = std::stoll(status_of(pid, "VmSize"));
   CHECK(locked_kB > size_kB / 2);
-  // What is only set aside, as the C library does for each thread, is locked without being there. Stacks are there.
+  // Reserved address space, e.g. of the C library for each thread, is locked without being resident. Stacks are
+  // resident.
   CHECK(std::stoll(status_of(pid, "VmRSS")) < 48 * 1024);
 }
 
@@ -78,7 +79,7 @@ TEST_CASE("each thread of the daemon has a name that says what it does", "[integ
   bench.start_daemon();
   const std::set<std::string> expected{"bmud\n", "bmud-history\n", "bmud-log\n", "bmud-record\n", "bmud-state\n"};
   std::set<std::string> names;
-  // A thread names itself once it runs.
+  // A thread sets its name once it runs.
   const auto are_named = [&] {
     names.clear();
     const std::string tasks = "/proc/" + std::to_string(bench.daemon->pid()) + "/task/";

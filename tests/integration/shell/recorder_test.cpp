@@ -1,4 +1,4 @@
-// What the real daemon records is run again by the real bmureplay, and decides the same.
+// Recordings of the real daemon are replayed by the real bmureplay, with the same decisions.
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -32,7 +32,7 @@ nlohmann::json replayed(const std::string& path) {
   return nlohmann::json::parse(finished.out);
 }
 
-/// Asks the daemon until it says so.
+/// Queries the daemon until its status satisfies `is_wanted`.
 template <class IsWanted>
 bool status_becomes(const Bench& bench, IsWanted is_wanted, milliseconds at_most) {
   const auto deadline = steady_clock::now() + at_most;
@@ -48,7 +48,7 @@ int end(Process& process, int signal) {
   return process.wait(test::hang_max);
 }
 
-/// So many contactor commands are received while a drive is recorded, each the outcome of one tick.
+/// Number of contactor commands that are received while a drive is recorded, each the result of one tick.
 constexpr int commands_min = 40;
 
 bool is_recorded_whole(const Bench& bench) {
@@ -66,7 +66,7 @@ bool has_black_box_of_cell(const nlohmann::json& recorder) {
 }  // namespace
 
 TEST_CASE("a drive that the daemon recorded decides again as it did", "[integration][recording][FS_6][bus]") {
-  // Where the thread that writes was held up, the recording has a hole or lacks its end, and says so.
+  // If the writer thread was held up, the recording has a gap or lacks its end, and the log reports it.
   int ended = -1;
   const auto driven = test::driven([&](Bench& made) {
     made.more_options = {"--record", made.folder / "drive", "--black-box", "none"};
@@ -91,7 +91,7 @@ TEST_CASE("a drive that the daemon recorded decides again as it did", "[integrat
   CHECK(run["ticks"] > commands_min);
   CHECK(run["damages"].empty());
   CHECK_FALSE(std::filesystem::exists(bench.folder / "none"));
-  // What could not be written is no success.
+  // A failed write is no success.
   for (const std::string form : {"", "--json ", "--show-config "}) {
     INFO(form);
     const Finished full =
@@ -105,7 +105,7 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
   const int signal = GENERATE(SIGTERM, SIGKILL);
   CAPTURE(signal);
   int ended = -1;
-  // An opening for a gap has a black box of its own: it is seen in a pack that was never starved.
+  // An opening by a stall has its own black box: the test needs a pack that was never starved.
   const auto driven = test::driven([&](Bench& made) {
     made.more_options = {"--black-box", made.folder / "boxes"};
     made.start_emulator("");
@@ -113,8 +113,8 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
     REQUIRE(made.listener.next(test::hang_max));
     REQUIRE(made.closes());
     REQUIRE(made.listener.hears_commands(commands_min));
-    // Faults of a start that the machine held up, which closes() clears, have one, too. It is whole before the opening,
-    // which else would be in it.
+    // Faults of a start that the machine held up, which closes() clears, have one, too. It is complete before the
+    // opening, which else would be in it.
     const std::string boxes = made.folder / "boxes";
     const auto is_whole = [&](const nlohmann::json& recorder) {
       return recorder["black_boxes"] == files_in(boxes).size();
@@ -135,9 +135,9 @@ TEST_CASE("an opening leaves a black box that can be run again", "[integration][
   const auto run = replayed(files[0]);
   INFO(run.dump(1));
   CHECK(run["identical"] == true);
-  if (signal == SIGKILL) {  // up to the opening, when the power went with it
+  if (signal == SIGKILL) {  // up to the opening, at which the power was lost
     CHECK(run["ticks"] > commands_min);
-  } else {  // whole, when the daemon has ended in order
+  } else {  // complete, because the daemon has ended in order
     CHECK(run["black_boxes"].at(0)["cause"].get<std::string>().find("cell 2.7 (no. 19)") != std::string::npos);
     CHECK(run["damages"].empty());
   }

@@ -1,4 +1,4 @@
-// Two real daemons that are given the same file or folder: the second does not start, and the first goes on.
+// Two real daemons with the same file or folder: the second does not start, and the first continues.
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -21,7 +21,7 @@ struct TwoDaemons {
   Bench other;
   std::string shared = one.folder / "shared";
 
-  /// What the second one says, and ends with; the first has been heard, and is heard after it.
+  /// Starts both and returns the log of the second one, which exits with 71; the first one sends before and after it.
   [[nodiscard]] std::string refusal(const std::vector<std::string>& both, const std::vector<std::string>& others = {}) {
     std::filesystem::create_directories(shared);
     one.more_options = both;
@@ -92,7 +92,7 @@ TEST_CASE("a daemon does not start beside a lock that it may not open, and says 
           "[integration][daemon][state][bus]") {
   Bench bench;
   const std::string state = bench.folder / "state.json";
-  // A folder is one that root cannot open either.
+  // Even root cannot open a folder as a file.
   std::filesystem::create_directory(state + ".lock");
   bench.more_options = {"--state", state};
   bench.start_daemon();
@@ -114,7 +114,7 @@ TEST_CASE("a daemon starts on a disk that has gone read-only, and there, too, a 
   static_cast<void>(daemons.refusal({"--state", state}));
   daemons.one.daemon->signal(SIGKILL);
   REQUIRE(daemons.one.daemon->wait(test::hang_max) == 128 + SIGKILL);
-  // Who may only read could hold it and keep the daemon from starting.
+  // A user who may only read could hold it and keep the daemon from starting.
   using std::filesystem::perms;
   const perms of_others = std::filesystem::status(state + ".lock").permissions() & ~perms::owner_all;
   CHECK(of_others == perms::none);

@@ -1,5 +1,5 @@
-// The power goes at every call of writing the state; every call fails; and the files are whatever they may be. What is
-// read back is the old state or the new one, whole.
+// Loss of power at every call while the state is written; failure of every call; and files with arbitrary contents. The
+// text read back is the old state or the new one, complete.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -34,7 +34,7 @@ using test::PowerIsGone;
 
 const std::string path = "/state/state.json";
 
-/// A state whose parts all say the same number, so that one put together from two is noticed: faults, contactors' wear,
+/// A state with the same number in all its sections, so that a mixture of two is detected: faults, contactors' wear,
 /// counters, capacities, states of charge.
 PersistentState state_of(std::uint32_t number) {
   PersistentState state;
@@ -61,7 +61,7 @@ constexpr std::uint32_t old = 2;
 constexpr std::uint32_t fresh = 3;
 constexpr std::uint32_t next = 4;
 
-/// The number of the state that is read; 0: there is none.
+/// The number of the state that is read; 0: none.
 std::uint32_t read_number(StateFile& file) {
   std::uint32_t number = 0;
   std::string problems;
@@ -78,7 +78,7 @@ std::uint32_t read_number(StateFile& file) {
   const bool is_there = found == FileFound::newest || found == FileFound::previous;
   return is_there ? number : 0;
 }
-/// Each disk is read once: cut at other calls, most disks are the same again.
+/// Each distinct disk is read once: cuts at other calls mostly give the same disks.
 std::uint32_t read_number(const DiskImage& image) {
   static std::map<DiskImage, std::uint32_t> numbers;
   const auto known = numbers.find(image);
@@ -88,7 +88,7 @@ std::uint32_t read_number(const DiskImage& image) {
   return numbers[image] = read_number(file);
 }
 
-/// A life: reads, and writes `number`. False: the power went.
+/// One session: reads, and writes `number`. False: the power was lost.
 bool live(ModelDisk& disk, std::uint32_t number) {
   StateFile file(path, disk);
   static_cast<void>(read_number(file));
@@ -101,7 +101,7 @@ bool live(ModelDisk& disk, std::uint32_t number) {
   }
 }
 
-/// Disks that differ only in which part of an unfinished file there is are of one kind.
+/// Disks that differ only in the part of an unfinished file are of one kind.
 DiskImage kind_of(DiskImage image) {
   static const std::set<std::string> whole{"", text_of(older), text_of(old), text_of(fresh), text_of(next)};
   const auto unfinished = image.find(path + ".new");
@@ -110,13 +110,13 @@ DiskImage kind_of(DiskImage image) {
 }
 
 struct Survey {
-  int cuts = 0;  // until the sequence came to its end
+  int cuts = 0;  // until the sequence was completed
   std::set<DiskImage> kinds;
   std::uint64_t disks = 0;
 };
 
-/// A life that writes `number`, cut at each of its calls in turn; each disk that may be there must read as one of
-/// `before` and `number`, and as `number` once the life has not been cut. `looks_at_all`: else at one of each kind.
+/// A session that writes `number`, cut at each of its calls in turn; each possible disk must read as one of `before`
+/// and `number`, and as `number` once the session has not been cut. `looks_at_all` false: one disk of each kind.
 Survey cut_everywhere(const DiskImage& start, std::uint32_t before, std::uint32_t number, bool looks_at_all) {
   Survey survey;
   bool is_done = false;
@@ -159,16 +159,16 @@ std::vector<Start> starts() {
            old}};
 }
 
-// --- the system's calls, with something wrong ---
+// --- the system's calls, with a failure ---
 
-/// Calls that go to the system, counted from start(); the derived say what happens at one of them.
+/// Calls that are forwarded to the system, counted from start(); derived classes define the event at one of them.
 class CountedCalls : public FileCalls {
  public:
   int open(const char* name, int flags, mode_t mode) override {
     return fails("open") ? -1 : FileCalls::open(name, flags, mode);
   }
   ssize_t write(int fd, const void* from, std::size_t size) override {
-    // In small pieces, as a disk that is almost full would: more calls to be cut at.
+    // In small pieces, as on a disk that is almost full: more calls at which to cut.
     const std::size_t part = std::min<std::size_t>(size, 400);
     return fails("write") ? -1 : FileCalls::write(fd, from, part);
   }
@@ -182,7 +182,7 @@ class CountedCalls : public FileCalls {
   [[nodiscard]] const std::string& last() const { return last_; }
 
  protected:
-  /// Called with each; true: it fails, with errno set.
+  /// Called with each call; true: it fails, with errno set.
   virtual bool happens(int number) = 0;
 
  private:
@@ -222,7 +222,7 @@ class FailingCalls final : public CountedCalls {
   int code_;
 };
 
-/// What a folder holds, names and bytes.
+/// Names and contents of the files in a folder.
 DiskImage image_of(const std::filesystem::path& folder) {
   DiskImage image;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -231,7 +231,7 @@ DiskImage image_of(const std::filesystem::path& folder) {
   return image;
 }
 
-/// A process of its own that reads the state and writes the new one; true: it was killed on the way.
+/// A separate process that reads the state and writes the new one; true: it was killed before the end.
 bool is_killed(const std::string& file_path, int at) {
   const pid_t child = ::fork();
   REQUIRE(child >= 0);
@@ -263,7 +263,7 @@ TEST_CASE("a power loss at any call of writing leaves the old state or the new o
     CAPTURE(start.name);
     REQUIRE(read_number(start.image) == start.reads);
     const Survey survey = cut_everywhere(start.image, start.reads, fresh, true);
-    CHECK(survey.cuts >= 9);  // make, four writes, sync, two renames, sync
+    CHECK(survey.cuts >= 9);  // create, four writes, sync, two renames, sync
     CHECK(survey.disks > 1'000);
   }
 }
@@ -287,14 +287,14 @@ TEST_CASE("a disk that says it has synced and did not is found out: the model is
       disk.lies_about_files = about_files;
       disk.lies_about_folders = about_folders;
       const bool is_done = live(disk, fresh);
-      if (about_folders && !is_done) continue;  // what is promised once it has returned
+      if (about_folders && !is_done) continue;  // durability is guaranteed only after write() has returned
       disk.for_each_disk([&](const DiskImage& image) { numbers.insert(read_number(image)); });
       if (is_done) break;
     }
     return numbers;
   };
   CHECK(worst(false, false) == std::set<std::uint32_t>{old, fresh});
-  // A file whose name was there before its bytes; the old one had its name taken in the same moment.
+  // A file with its name on disk before its bytes; the old one was renamed in the same call.
   CHECK(worst(true, false).count(0) == 1);
   CHECK(worst(false, true) == std::set<std::uint32_t>{old, fresh});
 }
@@ -310,7 +310,7 @@ TEST_CASE("a process killed at any call of writing leaves the old state or the n
     StateFile file(file_path);
     const std::uint32_t read = read_number(file);
     CHECK((read == fresh || (was_killed && read == old)));
-    // And the next life goes on from there.
+    // The next session continues from there.
     REQUIRE(file.write(text_of(next)));
     CHECK(read_number(file) == next);
     CHECK_FALSE(std::filesystem::exists(file_path + ".new"));
@@ -341,7 +341,7 @@ TEST_CASE("any call that fails leaves a state to read, and is told with file and
         break;
       }
       CAPTURE(calls.last());
-      if (calls.last() == "unlink") {  // what is not there need not be removed
+      if (calls.last() == "unlink") {  // a missing file need not be removed
         CHECK(written);
         continue;
       }
@@ -404,11 +404,11 @@ TEST_CASE("a text that could not be read again is not written", "[integration][s
   CHECK(file.write(std::string(StateFile::size_max, ' ')));
 }
 
-// --- files that are not what they should be -------------------------------------------------------------------------
+// --- files with invalid contents ------------------------------------------------------------------------------------
 
 namespace {
 
-/// With a sanitizer each of so many, as all take a minute there; a build without tries all.
+/// With a sanitizer each nth, because all take a minute there; a build without tries all.
 constexpr std::size_t one_of = test::is_sanitized ? 4 : 1;
 
 }  // namespace
@@ -419,7 +419,7 @@ TEST_CASE("a newest file cut off or changed anywhere is answered with the previo
   const auto read_with = [](const std::string& text) {
     return read_number(DiskImage{{path, text}, {path + ".previous", text_of(older)}});
   };
-  // Without its line feed it is whole.
+  // Without its line feed it is complete.
   for (std::size_t length = 0; length + 1 < good.size(); length += one_of) {
     if (read_with(good.substr(0, length)) != older) FAIL_CHECK("cut off at " << length);
   }
@@ -432,7 +432,7 @@ TEST_CASE("a newest file cut off or changed anywhere is answered with the previo
       if (read_with(text) != older) FAIL_CHECK("byte " << at << " flipped with " << flips);
     }
   }
-  // Sectors of the one in the other.
+  // Sectors of one file in the other.
   const std::string other = text_of(fresh);
   REQUIRE(other.size() == good.size());
   for (std::size_t from = 0; from < good.size(); from += 512) {
@@ -450,7 +450,7 @@ TEST_CASE("generations that somebody swapped, or another program's file, are rea
   CHECK(read_number(DiskImage{{path, "\x7f\x45LF\x02\x01"}, {path + ".previous", text_of(old)}}) == old);
   CHECK(read_number(DiskImage{{path, ""}, {path + ".previous", text_of(old)}}) == old);
   CHECK(read_number(DiskImage{{path, std::string(4U << 20U, '[')}, {path + ".previous", text_of(old)}}) == old);
-  // FILE.new is nobody's until it has its name.
+  // FILE.new is not valid until it is renamed.
   CHECK(read_number(DiskImage{{path + ".new", text_of(fresh)}, {path + ".previous", text_of(old)}}) == old);
   CHECK(read_number(DiskImage{{path + ".new", text_of(fresh)}}) == 0);
 }

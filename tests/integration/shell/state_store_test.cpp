@@ -1,5 +1,4 @@
-// What outlives the daemon, on a real disk: torn, cut off, bit-flipped, of an older and a newer program, on a full
-// disk.
+// The state file on a real disk: torn, truncated, bit-flipped, of an older and a newer program, on a full disk.
 #include "daemon/shell/state/state_store.hpp"
 
 #include <cerrno>
@@ -35,7 +34,7 @@ std::size_t index_of(FaultId id) {
   return static_cast<std::size_t>(id);
 }
 
-/// Every field of every record with a value of its own.
+/// A distinct value in every field of every record.
 PersistentState full_state() {
   PersistentState state;
   FaultRecord& fault = state.faults[index_of(FaultId::cell_deep_discharge)];
@@ -129,7 +128,7 @@ PersistentState full_state() {
   return state;
 }
 
-/// The text with its content changed, and a checksum that is right for it.
+/// The text with modified content, and a matching checksum.
 std::string changed(const PersistentState& state, const std::function<void(Json&)>& change) {
   Json file = Json::parse(state_text(state));
   change(file);
@@ -149,14 +148,14 @@ void put_text(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-/// What was read, and what was said about what was not.
+/// The text that was read, and the problems of others.
 struct Found {
   FileFound found = FileFound::nothing;
   std::string text;
   std::string problems;
 };
 
-/// Texts that begin with "good" are.
+/// Texts that start with "good" are valid.
 Found read(StateFile& file) {
   Found found;
   const auto take = [&found](std::string_view text) -> Result<void, std::string> {
@@ -172,7 +171,7 @@ Found read(const std::string& path) {
   return read(file);
 }
 
-/// As long as it lives no file of this process grows beyond so many bytes: a disk that is full, without one.
+/// While this object exists, no file of this process grows beyond `bytes`: simulates a full disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -214,13 +213,13 @@ TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state]
   const PersistentState state = full_state();
   const std::string good = state_text(state);
   for (std::size_t at = 0; at < good.size(); ++at) {
-    // One a byte with a sanitizer, which looks at how the text is read: all take minutes there. A build without tries
-    // all of them.
+    // One bit per byte with a sanitizer, which checks how the text is read: all take minutes there. A build without
+    // tries all of them.
     for (unsigned bit = test::is_sanitized ? at % 8 : 0; bit < 8; bit += test::is_sanitized ? 8 : 1) {
       std::string text = good;
       text[at] = static_cast<char>(static_cast<unsigned char>(text[at]) ^ (1U << bit));
       const auto read = parse_state(text);
-      // The line feed at the end may become another space: the content is whole then.
+      // The line feed at the end may become another space: the content is complete then.
       if (read && read->state == state && at + 1 == good.size()) continue;
       if (!read) continue;
       FAIL_CHECK("bit " << bit << " of byte " << at << " was not noticed: " << text.substr(at > 20 ? at - 20 : 0, 40));
@@ -230,7 +229,7 @@ TEST_CASE("no flipped bit of a state text goes unnoticed", "[integration][state]
 
 TEST_CASE("a state text that was cut off is refused at every length", "[integration][state][F76]") {
   const std::string good = state_text(full_state());
-  // Each third one with a sanitizer; see above.
+  // Every third length with a sanitizer; see above.
   for (std::size_t length = 0; length + 1 < good.size(); length += test::is_sanitized ? 3 : 1) {
     if (parse_state(good.substr(0, length))) FAIL_CHECK("accepted at " << length << " of " << good.size());
   }
@@ -246,7 +245,7 @@ TEST_CASE("names a program does not know are left out and counted, the others ar
   REQUIRE(read);
   CHECK(read->unknown_names == 2);
   CHECK(read->state == state);
-  // And a fault that the file does not have has never been seen.
+  // A fault that is missing in the file has never occurred.
   const auto less = parse_state(changed(state, [](Json& file) { file["content"]["faults"].erase("module_lost"); }));
   REQUIRE(less);
   CHECK(less->state.faults[index_of(FaultId::module_lost)] == FaultRecord{});
@@ -449,7 +448,7 @@ TEST_CASE("a file of the version before, whose frames had less, is read, and the
   frame.outputs.reset();
   frame.inputs.reset();
   CHECK(read->state == wanted);
-  // One that has some of it only is damaged.
+  // A frame with only some of these members is damaged.
   CHECK(problem_of(changed(full_state(), [](Json& file) {
           file["content"]["faults"]["cell_deep_discharge"]["frame"].erase("inputs");
         })) == "inputs is missing");
@@ -529,7 +528,7 @@ TEST_CASE("a power loss at any step of writing leaves the old text or the new on
     put_text(path + ".new", "good new");
   }
   CHECK(read(path).text == "good old");
-  // And the next life goes on from there.
+  // The next session continues from there.
   StateFile file(path);
   static_cast<void>(read(file));
   REQUIRE(file.write("good next"));
@@ -680,7 +679,7 @@ TEST_CASE("too little room on the disk and too much memory are told", "[integrat
     store->start();
     while (!store->offer({})) {
     }
-    REQUIRE(store->flush(test::hang_max));  // it has looked before it wrote
+    REQUIRE(store->flush(test::hang_max));  // its check came before the write
     return store->health();
   };
   constexpr std::uint64_t much = 1'000'000'000'000'000;

@@ -1,4 +1,4 @@
-// The status socket against clients that misbehave, in this very process: no daemon, no threads, no sleeping.
+// The status socket against misbehaving clients, in this process: no daemon, no threads, no sleeping.
 #include "daemon/shell/status/status_socket.hpp"
 
 #include <algorithm>
@@ -39,12 +39,12 @@ OwnedFd connect_to(const std::string& path) {
   return fd;
 }
 
-/// The socket, and an answering function that says back what it was asked.
+/// The socket, and an answering function that returns the request.
 struct Bench {
   TemporaryFolder folder;
   std::string path = folder / "bmud.sock";
   std::vector<std::string> asked;
-  std::vector<Peer> peers;  // who asked
+  std::vector<Peer> peers;  // senders of the requests
   std::unique_ptr<StatusSocket> socket;
 
   explicit Bench(StatusSocketOptions options = {}) {
@@ -57,7 +57,7 @@ struct Bench {
     pollfd wait{.fd = socket->fd(), .events = POLLIN, .revents = 0};
     return socket->has_waiting_requests() || ::poll(&wait, 1, 0) > 0;
   }
-  /// As the loop does, until there is nothing left to do.
+  /// As the loop does, until no work is left.
   void serve() {
     for (int i = 0; i < 10'000 && is_busy(); ++i) {
       socket->serve([this](std::string_view request, const Peer& peer) {
@@ -73,7 +73,7 @@ void say(const OwnedFd& client, const std::string& text) {
   REQUIRE(::send(client.get(), text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size()));
 }
 
-/// What has arrived; "<end>" at the end of the connection.
+/// The received bytes; "<end>" at the end of the connection.
 std::string hear(const OwnedFd& client) {
   std::string text;
   std::array<char, 65536> buffer{};
@@ -165,7 +165,7 @@ TEST_CASE("whom the door refuses is told so and takes nobody's place", "[integra
   say(client, "one\n");
   bench.serve();
   CHECK(hear(client) == "said one\n");
-  // Rules that have changed hold for those who are there.
+  // Changed rules apply to connected clients.
   bench.socket->set_door(door);
   say(client, "two\n");
   bench.serve();
@@ -217,7 +217,7 @@ TEST_CASE("a client that asks and does not read is dropped, others are served", 
   const OwnedFd deaf = connect_to(bench.path);
   const OwnedFd good = connect_to(bench.path);
   const std::string answer(std::size_t{32} * 1024, 'a');
-  // The system's own buffer fills first; it is some hundreds of kilobytes.
+  // The system's own buffer fills first; it has some hundreds of kilobytes.
   for (int i = 0; i < 1000 && bench.socket->clients_dropped() == 0; ++i) {
     say(deaf, "?\n");
     do {
@@ -263,7 +263,7 @@ TEST_CASE("a watching client gets a picture each period, made once for all", "[i
 
 namespace {
 
-/// A client that watches with a period of 100 ms, and pictures so large that the system takes only the first of them.
+/// A client that watches with a period of 100 ms, and updates so large that the system accepts only the first of them.
 struct WatchBench : Bench {
   explicit WatchBench(StatusSocketOptions options = {}) : Bench(std::move(options)) {
     say(watcher, "watch\n");
@@ -271,12 +271,12 @@ struct WatchBench : Bench {
       socket->serve([](std::string_view, const Peer&) { return StatusReply{.line = "", .picture_period = 100ms}; });
     }
   }
-  /// A tick of the loop.
+  /// One tick of the loop.
   void publish(TimePoint now) {
     socket->publish(now, [this] { return std::to_string(++made) + std::string(std::size_t{1024} * 1024, 'p'); });
     while (is_busy()) socket->serve({});
   }
-  /// Reads and lets the rest come, to the end of a line.
+  /// Reads, and lets further bytes arrive, up to the end of a line.
   [[nodiscard]] std::string next_line() {
     std::string line;
     for (int i = 0; i < 10'000 && line.find('\n') == std::string::npos; ++i) {
@@ -312,7 +312,7 @@ TEST_CASE("who watches and takes nothing for a minute is dropped, who takes a li
   TimePoint now{1s};
   bench.publish(now);
   for (int second = 0; second < 65; ++second) {
-    // More than the room that the system needs before it lets the other end write on.
+    // More than the free space that the system requires before the other end may write again.
     std::array<char, 256 * 1024> little{};
     if (takes && second == 50) REQUIRE(::recv(bench.watcher.get(), little.data(), little.size(), MSG_DONTWAIT) > 0);
     for (int tick = 0; tick < 100; ++tick) bench.publish(now += 10ms);
@@ -370,7 +370,7 @@ TEST_CASE("where all connections are taken, who has more of them than another gi
     bench.serve();
     CHECK(hear(*client) == "said one\n");
   }
-  // Not by the end of the connection: the children have copies of it.
+  // Not detected by the end of the connection, because the children have copies of it.
   const auto is_out = [](const OwnedFd& client) {
     return hear(client).find("\"too_many_clients\"") != std::string::npos;
   };
@@ -385,12 +385,12 @@ TEST_CASE("where all connections are taken, who has more of them than another gi
   CHECK_FALSE(is_out(early));
   const auto second = comes(test::nobody - 1);
   CHECK(is_out(early));
-  // We have two now, and one has one already: no more than he would have.
+  // This user has two now, and the newcomer has one already: no more than the newcomer would have.
   const auto again = comes(test::nobody);
   CHECK_FALSE(is_out(late));
   const auto third = comes(test::nobody - 2);
   CHECK(is_out(late));
-  // Each has one.
+  // Each user has one.
   const auto fourth = comes(test::nobody - 3);
   CHECK_FALSE(is_out(watching));
 }
@@ -414,7 +414,7 @@ TEST_CASE("who waits for an answer gives his connection up to nobody", "[integra
   const OwnedFd waiting = connect_to(bench.path);
   say(waiting, "reload\n");
   serve();
-  // The one who waits asked first: for that he would have to go, did he not wait.
+  // The waiting client sent its request first: it would be dropped if it did not wait.
   {
     const OwnedFd answered = connect_to(bench.path);
     say(answered, "one\n");
@@ -446,9 +446,9 @@ TEST_CASE("a client that says all and hangs up its sending side still gets its a
 
 namespace {
 
-/// Answers "later" with nothing, for now, and all else at once.
+/// Defers the answer to "later", and answers all other requests at once.
 struct LateBench : Bench {
-  std::uint64_t connection = 0;  // of who asked for "later" last
+  std::uint64_t connection = 0;  // of the last "later" request
 
   void serve_late() {
     for (int i = 0; i < 10'000 && is_busy(); ++i) {
@@ -479,7 +479,7 @@ TEST_CASE("what is answered later is answered in its turn, and nobody else waits
   bench.socket->answer_later(bench.connection, "at last");
   bench.serve_late();
   CHECK(hear(waiting) == "at last\nsaid two\n");
-  bench.socket->answer_later(bench.connection, "twice");  // nobody waits any more
+  bench.socket->answer_later(bench.connection, "twice");  // no client waits any more
   CHECK(hear(waiting).empty());
 }
 
@@ -508,7 +508,7 @@ TEST_CASE("who has gone before the answer came leaves nothing to do", "[integrat
   CHECK(bench.socket->client_count() == 0);
   CHECK_FALSE(bench.is_busy());
   bench.socket->answer_later(bench.connection, "at last");
-  // A number is never used twice: the next client gets nothing of another's.
+  // A number is never used twice: the next client gets no answer of another.
   const OwnedFd next = connect_to(bench.path);
   say(next, "later\n");
   const std::uint64_t before = bench.connection;
@@ -518,7 +518,7 @@ TEST_CASE("who has gone before the answer came leaves nothing to do", "[integrat
 
 TEST_CASE("clients that vanish leave nothing to do", "[integration][status]") {
   Bench bench;
-  // No more at once than the system lets wait.
+  // No more at once than the system's backlog.
   for (int round = 0; round < 4; ++round) {
     for (int i = 0; i < 5; ++i) say(connect_to(bench.path), "and gone\n");
     bench.serve();
@@ -531,7 +531,7 @@ TEST_CASE("the socket file of a dead daemon is replaced, a living one's is not",
   const TemporaryFolder folder;
   const std::string path = folder / "bmud.sock";
   {
-    // As a killed daemon leaves it: bound, and nobody listens.
+    // As left by a killed daemon: bound, without a listener.
     const OwnedFd dead(::socket(AF_UNIX, SOCK_STREAM, 0));
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -599,12 +599,12 @@ TEST_CASE("a path too long for a socket is refused with a reason", "[integration
   CHECK(to_text(socket.error()).find("107 bytes") != std::string::npos);
 }
 
-/// No descriptor can be had as long as it lives.
+/// While this object exists, no descriptor can be allocated.
 class NoDescriptors {
  public:
   NoDescriptors() {
     REQUIRE(::getrlimit(RLIMIT_NOFILE, &usual_) == 0);
-    // The lowest that is free is the first that must not be had.
+    // The lowest free one is the first that must not be allocated.
     const int free = ::dup(STDIN_FILENO);
     REQUIRE(free > 0);
     ::close(free);
@@ -631,7 +631,7 @@ TEST_CASE("a client for whom there is no descriptor waits, and keeps nobody awak
     const NoDescriptors none;
     bench.serve();
     CHECK_FALSE(bench.is_busy());
-    // With each tick it is tried again, once.
+    // Accepting is retried once per tick.
     bench.socket->publish(TimePoint{}, [] { return std::string(); });
     CHECK(bench.is_busy());
     bench.serve();

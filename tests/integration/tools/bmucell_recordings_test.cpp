@@ -1,5 +1,4 @@
-// What bmucell makes of recordings as testers, spreadsheets and R export them, and of recordings that no test of a cell
-// can be.
+// bmucell on recordings as exported by testers, spreadsheets and R, and on recordings that cannot be a test of a cell.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -23,9 +22,9 @@ const std::string base = test::in_source("config/cells/nmc-3000.json");
 /// One fit of a cell of 1.2 Ah.
 struct FitRun {
   Finished finished;
-  std::string cell;  // the file that was written; empty: none
+  std::string cell;  // the written file; empty: none
 
-  /// The message behind the name of the recording.
+  /// The message after the name of the recording.
   [[nodiscard]] std::string complaint() const {
     const std::size_t at = finished.err.find("test.csv");
     return at == std::string::npos ? finished.err : finished.err.substr(at + 8);
@@ -65,7 +64,7 @@ std::string replaced(std::string text, char from, char to) {
   return text;
 }
 
-/// Every field of the lines in quotes.
+/// Puts every field of the lines in quotes.
 std::string in_quotes(const std::string& lines) {
   std::string text = "\"";
   for (std::size_t at = 0; at < lines.size(); ++at) {
@@ -104,7 +103,7 @@ std::string in_utf16(const std::string& csv, bool is_big) {
   return text;
 }
 
-/// As R's write.csv2: quoted names of columns and rows, semicolons, decimal commas.
+/// Converts to the form of R's write.csv2: quoted names of columns and rows, semicolons, decimal commas.
 std::string as_write_csv2(const std::string& csv) {
   std::string text = "\"\",";
   const std::string with_head = head_in_quotes(csv);
@@ -156,7 +155,7 @@ TEST_CASE("a last line without a line end, which may be cut off, is named and le
   const TemporaryFolder folder;
   const std::string named = "test.csv:3602: the last line has no line end and may be cut off: it is left out\n";
   const FitRun expected = fit_of(folder, Bench{}.csv());
-  // Within its fields, or within the last number.
+  // Truncated within its fields, or within the last number.
   for (const char* const cut : {"3600,1.5,3.3", "3600,1.5,3.3,25.0,7"}) {
     CAPTURE(cut);
     const FitRun run = fit_of(folder, Bench{}.csv() + cut);
@@ -169,7 +168,7 @@ TEST_CASE("a last line without a line end, which may be cut off, is named and le
 TEST_CASE("a last line that is left out is also named where the fit is refused", "[integration][bmucell]") {
   const TemporaryFolder folder;
   const std::string named = ": the last line has no line end and may be cut off: it is left out\n";
-  // By what is in the recording, and by what was fitted to it.
+  // Refused because of the recording, and because of the fit to it.
   const FitRun by_rows = fit_of(folder, "time_s,current_A,voltage_V,temp_C\n0,1,3.7,25\n1,1,3.7,25\n2,1,3.");
   CHECK(by_rows.finished.status == 65);
   CHECK(has(by_rows.finished.err, "found 2 rows, expected at least"));
@@ -238,8 +237,8 @@ TEST_CASE("a fit refuses what no test of a cell can be with the likely cause, an
 
 namespace {
 
-/// 75 min at 0.3 A out of the cell and 25 min as much into it, twice, from 95 % on: a quarter of the time into the
-/// cell, whose sign may be missing. Without ref_soc_pct.
+/// 75 min at 0.3 A out of the cell and 25 min at 0.3 A into it, twice, from 95 % on: for a quarter of the time the
+/// current flows into the cell, and its sign may be missing. Without ref_soc_pct.
 std::string long_charges_csv(bool has_sign) {
   std::string text = "time_s,current_A,voltage_V,temp_C\n";
   double soc = 0.95;
@@ -279,7 +278,7 @@ TEST_CASE("a fit counts without ref_soc_pct from where it is given, with a warni
   CHECK(has(refusal(folder, {.has_soc = false}, {"--begin-soc", "30"}),
             "counted from 30 % it makes a charge of -45 % to 30 %, expected 0 to 100 %"));
   CHECK(has(refusal(folder, {.seconds_in = 1'000.0, .has_soc = false}), "; current in mA, or time in ms?"));
-  // A slow curve alone has no steps that would show the sign.
+  // A slow curve alone has no current steps that would show the sign.
   const FitRun slow = fit_of(folder, test::slow_csv(1.0), {"--begin-soc", "100"});
   INFO(slow.finished.err);
   CHECK(slow.finished.status == 0);

@@ -1,4 +1,4 @@
-// bmucell resistance as its user has it, on a recording of a cell that is nothing but 30 mOhm.
+// bmucell resistance as run by a user, on a recording of a cell that consists of 30 mOhm only.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -21,8 +21,8 @@ Finished bmucell(std::vector<std::string> words) {
   return run_program(words);
 }
 
-/// Five pulses of 3 A and ten seconds at 30 % and below, with rests of a minute, as a bench would export them; the last
-/// at 10 %. What the table says of the last is 10 % less.
+/// Five pulses of 3 A and ten seconds at 30 % and below, with rests of a minute, as exported by a bench; the last one
+/// at 10 %, for which the table has a value 10 % lower.
 struct Exported {
   Exported() {
     std::string series = "time_s,current_A,voltage_V,temp_C,ref_soc_pct\n";

@@ -1,4 +1,4 @@
-// bmucell as its user has it: cell files made and scored from the command line, and what it says of what is wrong.
+// bmucell as run by a user: cell files fitted and scored from the command line, and its error messages.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -23,7 +23,7 @@ Finished bmucell(std::vector<std::string> words) {
   return run_program(words);
 }
 
-/// With a current sensor 2 % and half a percent of the one-hour current off, begun 10 % low.
+/// With a current sensor error of 2 % and half a percent of the 1C current, and a start 10 % low.
 std::vector<std::string> scored_as_usual(const std::string& cell) {
   return {"eval",  "--cell",      cell,  "--sensor-gain", "1.02", "--sensor-offset-A",
           "0.006", "--soc-error", "-10", "--json"};
@@ -52,7 +52,7 @@ TEST_CASE("the shipped cell file of a recorded cell estimates it as well as it i
       CHECK(file.at("settle_3pct_s") < 1200);
       CHECK(file.at("inside_uncertainty_pct") > 90.0);
     } else {
-      CHECK(after_20min_pct > 3.0);  // what the filter is for
+      CHECK(after_20min_pct > 3.0);  // the purpose of the filter
     }
   }
 }
@@ -95,7 +95,7 @@ TEST_CASE("without --out the cell file goes to standard output and the summary d
 
 namespace {
 
-/// Charges with a plateau of a cell that loses a percent each time, and what tests found: as much as flowed, two times.
+/// Charges with a plateau of a cell that loses a percent each time, and capacity tests with the charge that flowed.
 void write_ageing_cell(const TemporaryFolder& folder) {
   std::string charges = "cycle,time_s,current_A,voltage_V,temp_C\n";
   std::string tests = "cycle,capacity_Ah,charges_before\n";
@@ -152,7 +152,7 @@ TEST_CASE("the capacity of an ageing cell is fitted, scored and drawn", "[integr
   CHECK(trace.starts_with("cycle,capacity_Ah,single_Ah,single_sigma_Ah,all_Ah,all_sigma_Ah\n"));
   CHECK(std::count(trace.begin(), trace.end(), '\n') == 13);
   CHECK(read_file(folder / "trace.svg").find("one charge") != std::string::npos);
-  // The same weights given say the same.
+  // The same weights, given on the command line, give the same result.
   const auto& model = json.at("model");
   const Finished given = bmucell(
       health_of(folder, {"--plateau-weight", model.at("plateau_weight").dump(), "--above-weight",
@@ -161,7 +161,7 @@ TEST_CASE("the capacity of an ageing cell is fitted, scored and drawn", "[integr
   REQUIRE(given.status == 0);
   CHECK(nlohmann::json::parse(given.out).at("single") == json.at("single"));
   CHECK(nlohmann::json::parse(given.out).at("fit").is_null());
-  // In the text there is what a cell file takes.
+  // The text contains the section for a cell file.
   const Finished text = bmucell(health_of(folder, fitted));
   REQUIRE(text.status == 0);
   const std::size_t at = text.out.find("\"charge_plateau\": {");
@@ -237,7 +237,7 @@ TEST_CASE("a fit that the daemon would refuse is not written", "[integration][bm
   const TemporaryFolder folder;
   const std::string file = folder.file("test.csv", Bench{}.csv());
   const std::string out = folder / "out.json";
-  // An iron phosphate cell as the base: its limits are below what was measured.
+  // An iron phosphate cell as the base: its limits are below the measured voltages.
   const Finished fitted = bmucell({"fit", "--base", shipped_cell, "--capacity-Ah", "1.2", "--out", out, file});
   CHECK(fitted.status == 65);
   CHECK(fitted.err.find("what was fitted: /ocv: found ") != std::string::npos);

@@ -1,4 +1,4 @@
-// bmuctl report as a user runs it: the page, the complaints and the exit codes.
+// bmuctl report as run by a user: the page, the error messages and the exit codes.
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -87,7 +87,7 @@ TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuc
 TEST_CASE("behind a place that is damaged a page goes on with the next part", "[integration][bmuctl][report]") {
   const TemporaryFolder folder;
   const std::string text = recorded_run("0 pack soc_permille 800\n1 vehicle on\n", {.length = 6s, .part_length = 2s});
-  // Frame after frame, as the daemon writes them; in the middle one, at the end of the second part, a byte is another.
+  // Frame after frame, as the daemon writes them; a byte in the middle one, at the end of the second part, is modified.
   const std::size_t second = text.find("# bmud-recording", 1);
   const std::size_t third = text.find("# bmud-recording", second + 1);
   const std::size_t cuts[] = {0, text.rfind('\n', third - 20'000) + 1, third, text.size()};
@@ -133,9 +133,9 @@ TEST_CASE("a page that cannot be written is no success", "[integration][bmuctl][
   CHECK(full.exit_code == 1);
   CHECK(full.err == "bmuctl: cannot write: No space left on device\n");
   CHECK(run(folder, file + " --out /dev/full").exit_code == 1);
-  CHECK(run(folder, file + " >/dev/full").exit_code == 1);  // what it made, in words
+  CHECK(run(folder, file + " >/dev/full").exit_code == 1);  // the summary of its output
   CHECK(run(folder, "--help >/dev/full").exit_code == 1);
-  // A reader that has seen enough is none.
+  // A reader that closes the pipe early is no failure.
   const Run head = run(folder, file + " --out - | head -c 100");
   CHECK(head.exit_code == 0);
   CHECK(head.err == "");
@@ -151,7 +151,7 @@ TEST_CASE("several recordings become one page, whatever else is in their folder"
   CHECK(both.out.find(folder / "b.html" + ": 1 min 2 s, ") == 0);
   CHECK(both.err.find(": nothing between b.log and a.log") != std::string::npos);
   const Run again = run(folder, folder / "?.*" + " --out " + folder / "all.html");
-  CHECK(again.exit_code == 3);  // the page from before is none
+  CHECK(again.exit_code == 3);  // the page of the first run is not a recording
   CHECK(again.err.find("bmuctl: b.html is left out: no recording is in it.") == 0);
   CHECK(run(folder, folder / "*.log" + " --out " + folder / "b.log").exit_code == 2);
   CHECK(run(folder, folder / "a.log" + " -").exit_code == 2);
@@ -200,7 +200,7 @@ TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[
   CHECK(run(folder, folder.file("empty.log", "")).exit_code == 1);
   CHECK(run(folder, file + " --from 2024-01-01").exit_code == 1);
   CHECK(run(folder, file + " --out " + folder / "nowhere/page.html").exit_code == 1);
-  CHECK(run(folder, file + " --from yesterday").exit_code == 1);  // nothing was recorded then
+  CHECK(run(folder, file + " --from yesterday").exit_code == 1);  // there is no recording of that time
   const Run whenever = run(folder, file + " --from whenever");
   CHECK(whenever.exit_code == 2);
   CHECK(whenever.err.find("bmuctl: report: --from: found 'whenever', wanted 2026-03-01 17:05") == 0);

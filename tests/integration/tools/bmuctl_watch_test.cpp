@@ -1,5 +1,5 @@
-// bmuctl watch as a process beside the real daemon: what it writes where there is no terminal, and when it gives the
-// daemon up.
+// bmuctl watch as a process beside the real daemon: its output without a terminal, and the end of its wait for the
+// daemon.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -24,7 +24,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A named pipe that a program writes into, and that is read when a test wants to.
+/// A named pipe that a program writes into, and that the test reads when it chooses.
 class SlowReader {
  public:
   explicit SlowReader(const std::string& path) {
@@ -32,13 +32,13 @@ class SlowReader {
     pipe_ = OwnedFd(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     REQUIRE(pipe_.is_open());
   }
-  /// The writer waits for room: a page may be left that its next piece does not fit into.
+  /// True if the writer waits for room: a page may remain free that its next piece does not fit into.
   [[nodiscard]] bool is_full() const {
     int waiting = 0;
     REQUIRE(::ioctl(pipe_.get(), FIONREAD, &waiting) == 0);
     return waiting > ::fcntl(pipe_.get(), F_GETPIPE_SZ) - 4096;
   }
-  /// Whether so many ends of lines come, each in time; false if the writer ends before.
+  /// Reads `count` line ends, each in time; false if the writer ends before.
   [[nodiscard]] bool reads_lines(std::ptrdiff_t count) {
     std::array<char, 65536> bytes{};
     while (count > 0) {
@@ -82,7 +82,7 @@ TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[
   REQUIRE(bench.listener.next(test::hang_max));
   Process watch({program("bmuctl"), "--socket", bench.socket, "watch", "--period", "0.1"},
                 {.out_file = bench.folder / "out", .err_file = bench.folder / "err"});
-  // It counts as watching once its first line is there.
+  // It is watching once its first line is there.
   REQUIRE(bench.becomes([&] { return !read_file(bench.folder / "out").empty(); }));
   bench.daemon->signal(SIGKILL);
   CHECK(watch.wait(test::hang_max) == 1);
@@ -112,7 +112,7 @@ TEST_CASE("watch that was held up for longer than a daemon may be silent goes on
   Process watch({program("bmuctl"), "--socket", bench.socket, "--json", "watch", "--period", "0.1"},
                 {.out_file = bench.folder / "pictures"});
   REQUIRE(bench.becomes([&] { return reader.is_full(); }));
-  // So long it waits for a daemon, and a second.
+  // Its timeout for the daemon, and another second.
   CHECK(watch.wait(milliseconds{6'100}) == -1);
   CHECK(reader.reads_lines(10));
   CHECK(watch.wait(milliseconds{0}) == -1);

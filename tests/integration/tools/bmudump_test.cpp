@@ -1,4 +1,4 @@
-// bmudump as a user runs it: the program, its output, its complaints and its exit codes.
+// bmudump as run by a user: the program, its output, its error messages and its exit codes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -43,7 +43,7 @@ std::string content_of(const std::string& path) {
   return text.str();
 }
 
-/// An embedded bus of this test alone, whose file is removed with it.
+/// An embedded bus for this test alone; its file is removed with the object.
 class TestBus {
  public:
   explicit TestBus(const std::string& word) : bus_("bmudump-" + word + "-" + std::to_string(::getpid())) {}
@@ -56,7 +56,8 @@ class TestBus {
   std::string bus_;
 };
 
-/// Waits until so many have joined an embedded bus: each has a socket of the bus's name (embedded_bus.cpp).
+/// Waits until `count` participants have joined an embedded bus: each has a socket of the bus's name
+/// (embedded_bus.cpp).
 bool has_participants(const std::string& bus, std::size_t count) {
   const std::string socket = "@bmud-bus/" + bus.substr(std::string("unix:").size()) + "/";
   for (const auto begin = std::chrono::steady_clock::now();
@@ -96,7 +97,7 @@ constexpr std::string_view good_text =
     "(1700000000.123456) vcan0 143 CELLS_1 node 3     cell_voltage_1 3.6512 V  cell_voltage_2 3.6498 V  "
     "cell_voltage_3 3.6530 V  counter 42\n";
 
-/// The span in "PREFIX2.5 s", which a busy machine makes longer but never shorter; -1 if the text has no such span.
+/// The duration in "PREFIX2.5 s", which a busy machine extends but never shortens; -1 if the text has none.
 double seconds_after(const std::string& text, const std::string& prefix) {
   const std::size_t at = text.find(prefix);
   if (at == std::string::npos) return -1.0;
@@ -121,8 +122,8 @@ std::string good_with_counter(std::uint8_t counter, std::int64_t time_us = 1'000
   return std::string(text.data(), print_log_line(line, text)) + "\n";
 }
 
-/// What the second frame of a log makes of a millisecond, in kbit/s and so in bits. The first was over when the time
-/// began.
+/// The load of the second frame of a log over a millisecond, in kbit/s and so in bits. The first one ended when the
+/// time span started.
 std::string load_of(const std::string& frame) {
   const Run result = run("-r - --summary", "(1.000000) vcan0 080#008F000000002A1F\n(1.001000) vcan0 " + frame + "\n");
   const std::string before = ", load at least ";
@@ -134,11 +135,11 @@ std::string load_of(const std::string& frame) {
 }  // namespace
 
 TEST_CASE("the load counts each frame's own bits", "[integration][bmudump]") {
-  // Start, identifier, three bits, length, data, CRC, a stuff bit in brackets behind each five that are equal:
+  // Start, identifier, three bits, length, data, CRC, a stuff bit in brackets after five equal bits:
   //   0 00100100011 000 00[1]10 01010101 10101010 001000010010101
-  // 50 bits and one, 10 behind the CRC, 3 between frames.
+  // 50 bits and one, 10 after the CRC, 3 between frames.
   CHECK(load_of("123#55AA") == "64.0 kbit/s (12.8 % of 500 kbit/s)");
-  // Of the recordings, whose loads are in their .expected files: CELLS_1, with one stuff bit,
+  // From the recordings, with their loads in their .expected files: CELLS_1, with one stuff bit,
   //   0 00101000011 000 1000 10001110 10100000 [1]10001110 10010010 10001110 10110010 00101010 10110010 CRC
   CHECK(load_of("143#8EA08E928EB22AB2") == "112.0 kbit/s (22.4 % of 500 kbit/s)");
   // PDU_STATUS, with nine,
@@ -322,11 +323,11 @@ TEST_CASE("where the clock of a log was set is reported once, and left out of ra
   CHECK(json.at("clock_jumps") == 2);
   CHECK(json.at("load_bit_per_s").get<double>() > 5'000);
   CHECK(json.at("ids")[0].at("silent_s").is_null());
-  // Also while lines are shown, of buses that are not, and in the table.
+  // Also while lines are shown, for buses that are not shown, and in the table.
   CHECK(run("-r - -t z", log).err == text.err);
   CHECK(lines_of(run("-r - -t z", log).out).back().starts_with("(5.940000) "));
   CHECK(run("-r - --follow", log).out.find(" 50.3/s ") != std::string::npos);
-  // Once for each place, not for each file.
+  // Reported once per place in the log, not once per file.
   const Run none = run("-r - --summary", "(1.000000) can0 7A1#\n(2.000000) can0 7A1#\n");
   CHECK(none.err.empty());
   CHECK(nlohmann::json::parse(run("-r - --summary --json", "(1.000000) can0 7A1#\n").out).at("clock_jumps") == 0);
@@ -345,17 +346,17 @@ TEST_CASE("what no bus had a frame for may be a setting of the clock, and is rep
         "bmudump: standard input:51: the clock goes forward by 3599.020000 s here, or no bus had a frame for so long; "
         "left out of rates, gaps and loads\n");
   CHECK(text.out.find("can0: 100 frames, 1.960000 s, ") == 0);
-  // A bus that falls silent beside one that goes on is no clock.
+  // A bus that becomes silent beside one that continues is no change of the clock.
   std::string beside;
   for (int i = 0; i < 60; ++i) beside += "(" + std::to_string(1'700'000'000 + i) + ".000000) can0 7A1#\n";
   for (int i = 0; i < 30; ++i) beside += "(" + std::to_string(1'700'000'060 + i) + ".000000) can1 7A2#\n";
   CHECK(run("-r - --summary", beside).err.empty());
 }
 
-// A sanitizer keeps what was freed for a while, and more around everything.
+// A sanitizer keeps freed memory for some time, and more around each allocation.
 constexpr long resident_max_kB = test::is_sanitized ? 524'288 : 32'768;
 
-/// Runs bmudump with its output in the folder's files "out" and "err"; the most memory it had, in kB.
+/// Runs bmudump with its output in the folder's files "out" and "err"; returns its peak memory, in kB.
 long resident_kB_of(std::vector<std::string> arguments, const TemporaryFolder& folder, int& exit_code) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -392,7 +393,7 @@ TEST_CASE("a byte-order mark costs no line", "[integration][bmudump]") {
   CHECK(run("-r -", mark + "garbage\n").err ==
         "bmudump: standard input:1:1: found 'g', wanted '(' before the time; line skipped\n");
   CHECK(run("-r -", times(80'000, mark) + std::string(good_line)).out == good_text);
-  // A mark may be no more than a part of the line.
+  // A mark may be truncated to a part.
   CHECK(run("-r -", mark + mark.substr(0, 1) + "\n").exit_code == 3);
   CHECK(run("-r -", mark + "(1.000000) can0 620#4948").exit_code == 3);
 }
@@ -409,7 +410,7 @@ TEST_CASE("a torn last line is named, and is no shorter frame", "[integration][b
     const Run result = last_of(last);
     return result.exit_code == 0 && lines_of(result.out).size() == 2;
   };
-  // Wherever it is cut, in its bytes and before them.
+  // Truncated at any position, in its bytes and before them.
   const std::string name = start + "620#49484120424D5331";
   for (std::size_t length = 1; length < name.size(); ++length) {
     INFO(name.substr(0, length));
@@ -439,11 +440,11 @@ TEST_CASE("a torn last line is named, and is no shorter frame", "[integration][b
   CHECK(is_whole("  can0  7FF   [2]  41 42"));
   CHECK(is_whole("  can0  7FF   [1]  23   '#'"));
   CHECK(is_whole("can0 7FF#01 T"));
-  // Other damage has its place, and a comment says nothing.
+  // Other damage is reported with its position, and a comment is ignored.
   CHECK(last_of(start + "7FF#0G00").err ==
         "bmudump: standard input:2:21: found '0', wanted data bytes of two hexadecimal digits; line skipped\n");
   CHECK(last_of("# commen").exit_code == 0);
-  // The row's length is that of the device which is read.
+  // The expected length is that of the selected device.
   CHECK(run("-r - --device can0=elcon_tc", start + "18FF50E5#0C1C00640000").exit_code == 3);
 }
 
@@ -502,7 +503,7 @@ TEST_CASE("frames that candump -d did not receive are counted as lost, and are n
   const std::string lost_1 = "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 4)\n";
   const std::string log = std::string("(1.000000) can0 143#8EA08E928EB22AB2\n") + lost_3 +
                           "(2.000000) can0 143#8EA08E928EB22AB2\n" + lost_1 + "(2.000000) can1 7FF#\n";
-  const Run text = run("-r - --strict --filter CELLS_1", log);  // a counter seen before the loss is not repeated
+  const Run text = run("-r - --strict --filter CELLS_1", log);  // a counter from before the loss is not repeated
   CHECK(text.exit_code == 0);
   CHECK(text.err ==
         "bmudump: standard input:2: can0: 3 frames lost when this was recorded\n"
@@ -522,7 +523,7 @@ TEST_CASE("frames that candump -d did not receive are counted as lost, and are n
   CHECK(frames[1] == R"({"time_s":null,"bus":"can0","lost":3})");
   CHECK(run("-r - -L", log).out == log);
   CHECK(lines_of(run("-r - --follow", log).out).front().ends_with("   4 lost"));
-  // A bus of which nothing else is known; one that is not shown.
+  // A bus without other lines; one that is not shown.
   CHECK(run("-r - --summary", lost_3).out.starts_with("can0: 0 frames, "));
   CHECK(lines_of(run("can1 -r - --json", log).out).size() == 1);
   CHECK(run("can1 -r - --summary", log).out.find("lost") == std::string::npos);
@@ -559,16 +560,16 @@ TEST_CASE("times as candump -t writes them are read as absolute ones", "[integra
   CHECK(times_of("(000.000000)" + frame + "(000.500000)" + other + "(001.250000)" + frame) == Times{0, 0.5, 1.25});
   CHECK(times_of("(000.000000)" + frame + "(000.500000)" + frame + "(000.250000)" + frame, told) ==
         Times{0, 0.5, 0.75});
-  // All the same, as of a steady bus.
+  // Equal differences, as of a steady bus.
   CHECK(times_of("(000.000000)" + frame + times(3, "(000.250000)" + frame), told) == Times{0, 0.25, 0.5, 0.75});
   CHECK(times_of("(000.000000) can0 7FF#\n" + times(3, "(000.250000) can0 7FF#\n"), told) == Times{0, 0.25, 0.5, 0.75});
-  // Two buses, of which one is read a bit later, and two logs behind each other.
+  // Two buses, of which one is read slightly later, and two logs one after the other.
   CHECK(times_of("(000.000000)" + frame + "(000.000500)" + frame + "(000.000400)" + other) == Times{0, 0.0005, 0.0004});
   CHECK(times_of(
             times(2, "(000.000000)" + frame + "(000.500000)" + frame),
             "bmudump: standard input:3: the clock goes back by 0.500000 s here; left out of rates, gaps and loads\n") ==
         Times{0, 0.5, 0, 0.5});
-  // A log whose times are not of candump's form has them as they are.
+  // A log with times in another form than candump's keeps them unchanged.
   CHECK(times_of("(2.000000) can0 7FF#\n(1.000000) can0 7FF#\n") == Times{2, 1});
   ::setenv("TZ", "CET-1CEST,M3.5.0,M10.5.0/3", 1);  // NOLINT(concurrency-mt-unsafe): one thread
   CHECK(times_of("(2023-11-14 23:13:20.500000)" + frame + "(2023-07-14 23:13:20.500000) can0 7FF#\n") ==
@@ -706,7 +707,7 @@ TEST_CASE("filters of candump's form hide frames of a log, not from the check", 
   CHECK(lines_of(run("any,18FF50E5:DFFFFFFF -r -", poll_and_late_answer).out).size() == 1);
   CHECK(lines_of(run("can1 -r -", poll_and_late_answer).out).size() == 1);
   CHECK(lines_of(run("-r - --filter '100:700'", poll_and_late_answer).out).size() == 1);
-  // An answer to an older POLL than the hidden one is late all the same.
+  // An answer to an older POLL than the hidden one is late nevertheless.
   const std::string late = "(1.000000) can0 080#008F000000002A1F\n" + good_with_counter(17);
   CHECK(run("-r - --filter CELLS_1", late).out.find("!! late") != std::string::npos);
   CHECK(lines_of(run("-r - --filter CELLS_1", late).out).size() == 1);
@@ -736,7 +737,7 @@ TEST_CASE("directions and letters are shown when asked for", "[integration][bmud
         "can0 RX 7FF unknown            [3] 41 42 7F  'AB.'\n"
         "can0 TX 7FF unknown            [1] 43  'C'\n"
         "can0  - 7FF unknown            [1] 44  'D'\n");
-  const std::vector<std::string> lines = lines_of(run("-r - --json", log).out);  // there without -x, too
+  const std::vector<std::string> lines = lines_of(run("-r - --json", log).out);  // included without -x, too
   REQUIRE(lines.size() == 3);
   CHECK(nlohmann::json::parse(lines[0]).at("direction") == "received");
   CHECK(nlohmann::json::parse(lines[1]).at("direction") == "sent");
@@ -769,7 +770,7 @@ TEST_CASE("a log that is read is not written over, by whatever name", "[integrat
     CHECK(run("-r " + log + " -f " + folder / name).exit_code == 1);
     CHECK(content_of(log) == line);
   }
-  // A longer one that is not read is written anew.
+  // A longer file that is not an input is overwritten.
   const std::string other = folder.file("other.log", line + line);
   CHECK(run("-r " + log + " -f " + other).exit_code == 0);
   CHECK(content_of(other) == line);
@@ -800,13 +801,13 @@ TEST_CASE("the summary has a line for each identifier, 29-bit ones too, and the 
   CHECK(json.at("ids")[2].at("gap_end_s") == 3.25);
   std::int64_t bits = 0;
   for (const nlohmann::json& id : json.at("ids")) bits += id.at("bits").get<std::int64_t>();
-  // All but the first frame in 2.75 s.
+  // All frames except the first in 2.75 s.
   CHECK(json.at("load_bit_per_s") == std::llround(static_cast<double>(bits - 112) / 2.75));
 }
 
 TEST_CASE("the summary says which identifier has fallen silent", "[integration][bmudump]") {
   std::string log;
-  for (const char* time : {"0.400000", "0.500000", "0.600000", "0.700000"}) {  // too few to have a period
+  for (const char* time : {"0.400000", "0.500000", "0.600000", "0.700000"}) {  // too few to define a period
     log += "(" + std::string(time) + ") can0 7F4#\n";
   }
   for (const char* time : {"0.700000", "0.800000", "0.900000", "1.000000", "1.500000"}) {
@@ -851,14 +852,14 @@ TEST_CASE("on a live bus silence lasts until the end of listening", "[integratio
   const auto speak = [&port, &bus] {
     CanFrame frame;
     frame.id = 0x7F0;
-    // Who listens later hears later.
+    // Frames sent before the listener joins are not received.
     if (!has_participants(bus.name(), 2)) return;
     for (int i = 0; i < 60; ++i) {
       static_cast<void>((*port)->send(frame));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   };
-  // A speaker that gets no processor has no period of which its silence would be a break.
+  // A sender without processor time has no regular period that its silence could break.
   const std::string words = "silent for the last ";
   constexpr int listens_max = 5;
   Run result;
@@ -887,7 +888,7 @@ TEST_CASE("Elithion's messages are read as such when 620h or 622h tell, and with
     CHECK(result.out.ends_with(status_text + charge_text));
   }
   CHECK(run(options + "--dialect elithion", status + charge).out == status_text + charge_text);
-  // A length says how to read them, not that there is a pack: that another message says.
+  // The length determines the dialect, but is no proof of a pack: another message must prove it.
   CHECK(run(options, status + charge + status).out ==
         "can0 622 unknown            [7] 0A 0E 8D 0A 05 00 01\n" + charge_text + status_text);
   const std::vector<std::string> lines = lines_of(run("-r - --json --strict", name + charge + status).out);
@@ -921,7 +922,7 @@ TEST_CASE("a pack that speaks another dialect than the one chosen is told, JSON 
   CHECK_FALSE(nlohmann::json::parse(lines[1]).contains("dialect"));
 }
 
-// --- foreign devices ------------------------------------------------------------------------------------------------
+// --- third-party devices --------------------------------------------------------------------------------------------
 
 TEST_CASE("a device that was asked for is read on every bus, beside our own messages",
           "[integration][bmudump][devices]") {
@@ -964,8 +965,8 @@ TEST_CASE("without a bus a device's message is shown only where length and range
       "(1.000000) can0 18FF50E5#3A99FFFF00000000\n"  // 1,500.1 V and 6,553.5 A
       "(1.000000) can0 1806E5F4#03D4\n"              // too short
       "(1.000000) can0 3C2#800186A0C8CAB516\n"       // 100 A
-      "(1.000000) can0 3C2#0012345600000000\n"       // -2,146 A and nothing that marks it
-      "(1.000000) can0 411#0012000000000000\n"       // no command that there is
+      "(1.000000) can0 3C2#0012345600000000\n"       // -2,146 A without further evidence
+      "(1.000000) can0 411#0012000000000000\n"       // an undefined command
       "(1.000000) can0 411#3400010000000000\n";      // stop
   const std::string words = "elcon_tc,lem_cab,ivt_s";
   const std::string unknown = run("-r - -t none --brief --device " + words, log).out;
@@ -982,7 +983,7 @@ TEST_CASE("without a bus a device's message is shown only where length and range
   REQUIRE(lines.size() == 7);
   CHECK(nlohmann::json::parse(lines[1]).at("message").is_null());
   CHECK(nlohmann::json::parse(run("-r - --summary --json --device " + words, log).out).at("unknown") == 4);
-  // On a bus that was named for it every frame is the device's.
+  // On a bus that was declared for it every frame is the device's.
   const std::string named = run("-r - -t none --device can0=elcon_tc,can0=lem_cab,can0=ivt_s", log).out;
   CHECK(named.find("unknown            ") == std::string::npos);
   CHECK(named.find("ELCON_STATUS_E5  output_voltage out of range") != std::string::npos);
@@ -1001,7 +1002,7 @@ TEST_CASE("a checksum that fails is a device's only where others of the identifi
 
 TEST_CASE("what cars have under the traction pack's identifiers stays unknown until a pack names itself",
           "[integration][bmudump][devices]") {
-  // Of other lengths, as 622h to 628h of cars are, and a state that there is none of.
+  // With other lengths, as 622h to 628h of cars have, and an undefined state.
   const std::string car =
       "(1.000000) can0 622#0102030405060708\n(1.000000) can0 624#0055002800C80000\n(1.000000) can0 626#48001C\n"
       "(1.000000) can0 622#7F0E8D040000\n";
@@ -1043,10 +1044,10 @@ TEST_CASE("neither a 622h of seven bytes nor a 620h without text is a traction p
       CHECK(table.find("vehicle messages") == std::string::npos);
     }
     CHECK(nlohmann::json::parse(run("-r - --summary --json", log).out).at("dialect").is_null());
-    // A torn line has no whole message of a pack either.
+    // A truncated line has no complete message of a pack either.
     CHECK(run("-r -", log + "(1.000000) can0 624#7FFF00280030").exit_code == 3);
   }
-  // Our own pack, from the middle of its round: without its name what has nothing to show stays unknown at first.
+  // bmud's own pack, from the middle of its cycle: without its name, frames without evidence stay unknown at first.
   const std::string own =
       "(1.000000) can0 625#0012D687000F4240\n(1.000000) can0 626#48001C00640062\n(1.000000) can0 "
       "625#0012D687000F4240\n";
@@ -1085,12 +1086,12 @@ TEST_CASE("what nothing can contradict is a device's once another of its frames 
   CHECK(first_words("i3_csc", type + cells + type) == "1D0 unknown,123 CSC_CELLS_1,1D0 CSC_TYPE_3,");
   CHECK(first_words("any=i3_csc", type + cells + type) == "1D0 unknown,123 CSC_CELLS_1,1D0 CSC_TYPE_3,");
   CHECK(first_words("can0=i3_csc", type) == "1D0 CSC_TYPE_3,");
-  // Of another bus, and of another device, it says nothing.
+  // It is no evidence for another bus or another device.
   const std::string other_bus = "(1.000000) can1 123#D88FDB8FDB8FA088\n";
   CHECK(first_words("i3_csc", other_bus + type) == "123 CSC_CELLS_1,1D0 unknown,");
   CHECK(
       first_words("i3_csc,elcon_tc", "(1.000000) can0 18FF50E5#0BC2006400000000\n" + type).ends_with(",1D0 unknown,"));
-  // A sensor's results are of the internal bus, and show the sensor.
+  // A sensor's results belong to the internal bus, and are evidence of the sensor.
   CHECK(first_words("ivt_s", "(1.000000) can0 521#000200003039\n(1.000000) can0 510#DEADBEEF12345678\n") ==
         "521 SENSOR_CURRENT,510 IVT_DEBUG,");
 }
@@ -1122,7 +1123,7 @@ TEST_CASE("what cars have under the identifiers of the internal bus stays unknow
       CHECK(table.find(name) == std::string::npos);
     }
   }
-  // Where the bus is declared all of it is what its identifiers say.
+  // On a declared bus all frames are decoded by their identifiers.
   const std::string declared = run("-r - -t none --device can0=internal,can0=vehicle", car).out;
   CHECK(declared.find("unknown") == std::string::npos);
   CHECK(declared.find("can0 1D0 CELLS_3 node 16    !! wrong crc") != std::string::npos);
@@ -1141,11 +1142,11 @@ TEST_CASE("a seal of the internal bus shows it, and what is damaged there is dam
   CHECK(first_words(bad) == "unknown            [8|");
   CHECK(first_words(bad + good + bad + cut) ==
         "unknown            [8|CELLS_1 node 3     ce|CELLS_1 node 3     !!|CELLS_1 node 3     !!|");
-  // Of this bus, not of another.
+  // Evidence of this bus, not of another.
   CHECK(first_words("(1.000000) can1 143#8EA08E928EB22AB2\n" + bad) == "CELLS_1 node 3     ce|unknown            [8|");
-  // A right seal among many wrong ones may be chance.
+  // A right seal among many wrong ones may be by chance.
   CHECK(first_words(bad + bad + good).ends_with("|unknown            [8|"));
-  // The sensor has no seal: what fits is shown before one, and all of it behind one.
+  // The sensor has no seal: fitting frames are shown before a right seal, and all of them after it.
   const std::string zero = "(1.000000) can0 521#000000000000\n";
   const std::string result = "(1.000000) can0 521#000200003039\n";
   const std::string other = "(1.000000) can0 521#010300003039\n";
@@ -1173,7 +1174,7 @@ TEST_CASE("any names no bus, and declares none", "[integration][bmudump][devices
   CHECK(declared.find("unknown  ") == std::string::npos);
   CHECK(declared.find("battery_temperature 1587.2 C") != std::string::npos);
   CHECK(declared.find("module_count 65535") != std::string::npos);
-  // A pack that says its name declares itself, there as well.
+  // A pack that sends its name declares itself on such a bus, too.
   CHECK(run(options + "any=sma,any=vehicle", "(1.000000) can0 620#49484120424D5331\n" + car)
             .out.find("622 PACK_STATUS        !! wrong length") != std::string::npos);
 }
@@ -1268,17 +1269,17 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
         "bmudump: can0: 5 of 5 identifiers that are not explained here could be read with " + words + "\n");
   CHECK(run("-r - " + words, cells).err.empty());
   CHECK(run("-r - --log", cells).err.empty());
-  CHECK(run("-r - --filter 612", cells).err.empty());  // too few to tell
+  CHECK(run("-r - --filter 612", cells).err.empty());  // too few for a hint
   CHECK(run("-r -", "(1.000000) can0 1806E5F4#03D400A000000000\n").err.find(" read with --device elcon_tc\n") !=
         std::string::npos);
   CHECK(run("-r - --device elcon_tc", "(1.000000) can0 1806E5F4#03D400A000000000\n").err.empty());
-  // Frames of ours that are damaged now and then are ours.
+  // Occasionally damaged frames of bmud's internal bus are assigned to it.
   const std::string damaged =
       "(1700000000.000000) vcan0 080#C7100000200010E8\n(1700000000.000000) vcan0 103#00000000FF0FB031\n"
       "(1700000000.000000) vcan0 143#DC8FDE8FDC8FA0F0\n";
   CHECK(run("-r -", damaged).err.find("--device i3_csc") != std::string::npos);
   CHECK(run("-r -", damaged + content_of(fixture)).err.empty());
-  // A car that has these identifiers, and other things behind them: no checksum, and numbers that no cell has.
+  // A car that uses these identifiers with other contents: no checksum, and values that no cell has.
   CHECK(run("-r -",
             "(1.000000) vcan0 080#0000000000000000\n(1.000000) vcan0 103#0000000000000000\n"
             "(1.000000) vcan0 143#0000000000000000\n(1.000000) vcan0 173#0000000000000000\n")
@@ -1287,12 +1288,12 @@ TEST_CASE("a bus with frames that nothing explains is told whose they could be",
             "(1.000000) can0 631#20000000FFFFFFFF\n(1.000000) can0 632#A0B1C2D3E4F50617\n"
             "(1.000000) can0 633#A0B1C2D3E4F50617\n(1.000000) can0 634#A0B1C2D3E4F50617\n")
             .err.empty());
-  // Nothing but identifiers and lengths.
+  // Only identifiers and lengths match.
   CHECK(run("-r -",
             "(1.000000) can0 35A#DEADBEEF12345678\n(1.000000) can0 35F#DEADBEEF12345678\n"
             "(1.000000) can0 372#DEADBEEF12345678\n(1.000000) can0 35C#DEADBEEF12345678\n")
             .err.empty());
-  // Others have most of what is there.
+  // Most of the identifiers belong to other senders.
   CHECK(run("-r -", cells + "(1.000000) can0 700#\n(1.000000) can0 701#\n(1.000000) can0 702#\n(1.000000) can0 "
                             "703#\n(1.000000) can0 704#\n")
             .err.empty());
@@ -1336,7 +1337,7 @@ TEST_CASE("who has an identifier in common is not read together, and is told wha
       complaint("--device can1=sma,can1=victron") ==
       "bmudump: --device: victron and sma both have identifier 351 on can1; leave one of them out, or give it another "
       "bus\n");
-  // The same row is no other message: the sensor's results, and the current sensor of a car.
+  // The same row counts as the same message: the sensor's results, and the current sensor of a car.
   CHECK(run("-r - --device ivt_s").exit_code == 0);
   CHECK(run("-r - --device ivt_s --sensor-little-endian").exit_code == 0);
   CHECK(run("-r - --device any=outlander_cmu,any=lem_cab").exit_code == 0);
@@ -1538,7 +1539,7 @@ TEST_CASE("frames of CAN FD and XL are shown with their bytes, and flags with -x
                     R"("ok":null,"fd":true,"fd_flags":3,"data":"8EA0"})");
   CHECK(nlohmann::json::parse(lines[2]).at("data") == times(12, "41"));
   CHECK(lines[4].ends_with(R"("ok":null,"xl":true,"data":"1122"})"));
-  // The table keeps what it shows.
+  // The table stores its own copy of the frame.
   CHECK(lines_of(run("-r - --follow", log).out).back().ends_with("[02] 11 22"));
   const std::string longest = "(1.000000) can0 7FF07#01:AB:00000000#" + times(2'048, "7F") + "\n";
   CHECK(run("-r - -a -t none", longest).out ==
@@ -1567,7 +1568,7 @@ TEST_CASE("live, frames are shown as they come and an interrupt ends in order", 
   REQUIRE(port.has_value());
   const CanFrame frame = internal_worked_frames()[2].frame();
   std::string out;
-  // Who listens later hears later: send until the first frame was heard.
+  // Frames sent before the listener joins are not received: send until the first frame was received.
   for (const auto begin = std::chrono::steady_clock::now();
        lines_of(out).empty() && std::chrono::steady_clock::now() - begin < test::hang_max;) {
     REQUIRE((*port)->send(frame).has_value());
@@ -1606,16 +1607,16 @@ TEST_CASE("live, the run ends after so long without a frame", "[integration][bmu
   CHECK(run("-T 100 --seconds 60 " + bus.name()).exit_code == 0);
   const auto took = std::chrono::steady_clock::now() - start;
   CHECK(took >= std::chrono::milliseconds(100));
-  CHECK(took < std::chrono::seconds(60));  // that it was not the other end
+  CHECK(took < std::chrono::seconds(60));  // the run did not end by the other limit
 }
 
 namespace {
 
-/// bmudump on two buses, of which this one speaks on one until it has been told of the other.
+/// bmudump on two buses; this process sends on one until bmudump reports the other one.
 struct SilenceRun {
   TestBus quiet{"quiet"};
   TestBus busy{"busy"};
-  /// Whether a frame had been shown before anything was said.
+  /// True if a frame was shown before the first report.
   bool was_heard_in_time = false;
   int exit_code = -1;
   std::vector<std::string> told;
@@ -1643,11 +1644,11 @@ struct SilenceRun {
 }  // namespace
 
 TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is not", "[integration][bmudump][bus]") {
-  // A machine that holds up who speaks, or who listens, for two seconds makes the other bus a silent one, too.
+  // A machine that holds up the sender or the receiver for two seconds makes the other bus a silent one, too.
   constexpr int runs_max = 5;
   std::unique_ptr<SilenceRun> result;
   for (int runs = 0; runs < runs_max && !(result && result->was_heard_in_time); ++runs) {
-    result.reset();  // and its buses, before they are there again
+    result.reset();  // destroys its buses before they are created again
     result = std::make_unique<SilenceRun>();
   }
   REQUIRE(result->was_heard_in_time);

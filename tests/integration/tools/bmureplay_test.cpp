@@ -1,4 +1,4 @@
-// bmureplay as a user runs it: what it says of files that are not whole, and the exit codes.
+// bmureplay as run by a user: its reports on incomplete files, and the exit codes.
 #include <string>
 #include <vector>
 
@@ -12,14 +12,14 @@ namespace bmu {
 
 namespace {
 
-/// Two parts.
+/// A recording of two parts.
 const std::string& drive() {
   static const std::string text =
       test::recorded_run("0 pack soc_permille 800\n1 vehicle on\n", test::RecordedRun{.length = 6s, .part_length = 3s});
   return text;
 }
 
-/// Each piece of so many bytes a frame of its own.
+/// Compresses each piece of `frame_bytes` bytes as its own frame.
 std::string packed(const TemporaryFolder& folder, const std::string& text, std::size_t frame_bytes) {
   std::string all;
   for (std::size_t at = 0; at < text.size(); at += frame_bytes) {

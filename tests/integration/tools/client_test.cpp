@@ -1,4 +1,4 @@
-// The client's side of the status socket, with a daemon that is only a listening socket.
+// The client's side of the status socket; the daemon is only a listening socket.
 #include "tools/bmuctl/client.hpp"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class Listener {
   OwnedFd fd_;
 };
 
-/// A client whose connection has been accepted.
+/// A client with an accepted connection.
 struct Connection {
   Connection() {
     REQUIRE(client);
@@ -51,7 +51,7 @@ void say(const OwnedFd& daemon, std::string_view text) {
 
 TEST_CASE("an answer that has arrived by the deadline is read behind the deadline", "[integration][daemon]") {
   Connection connection;
-  // The deadline is over as soon as it is set, as for a process that the machine has held up until then.
+  // The deadline expires at once, as for a process that the machine has held up until then.
   const auto read_line = [&] { return connection.client->read_line(std::chrono::milliseconds{0}); };
 
   const auto nothing = read_line();

@@ -1,5 +1,5 @@
-// All programs answer a wrong command line alike: a single line that begins with their name and tells the mistake and
-// what would be right; exit code 2.
+// All programs report a wrong command line in the same form: a single line that starts with their name and contains the
+// error and the correction; exit code 2.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-// mmusim with somebody who says what is to happen while it runs.
+// mmusim with live events from an operator while it runs.
 #include <array>
 #include <chrono>
 #include <fstream>
@@ -19,11 +19,11 @@ namespace {
 
 const std::string pack_file = test::in_source("config/packs/demo-48s.json");
 
-/// An emulated pack on a bus of its own, whose script ends it once the key has been seen on, and then off.
+/// An emulated pack on its own bus; its script ends it once the key was on, and then off.
 struct Bench {
   TemporaryFolder folder;
   std::string pipe = folder / "events";
-  std::string told;  // on standard error so far
+  std::string told;  // standard error so far
   OwnedFd reader;
   std::unique_ptr<Process> process;
 
@@ -32,7 +32,7 @@ struct Bench {
                                          "wait frame PDU_STATUS vehicle_on = 0 within 60\npass\n";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   }
-  /// `before`: for a shell, what it does before this program; '@' stands where that begins.
+  /// `before`: for a shell, commands before this program; '@' is the position of the program.
   void start(const std::string& events, const std::string& before = "@") {
     std::array<int, 2> ends{};
     REQUIRE(::pipe2(ends.data(), O_CLOEXEC) == 0);
@@ -46,12 +46,12 @@ struct Bench {
         std::vector<std::string>{"/bin/sh", "-c", whole},
         ProcessOptions{.environment = {}, .out_file = folder / "out", .err_fd = writer.get()});
   }
-  /// Somebody who comes, writes, and goes.
+  /// An operator who opens the pipe, writes, and closes it.
   void write(const std::string& text) const {
     const OwnedFd fd(::open(pipe.c_str(), O_WRONLY | O_CLOEXEC));  // waits for its reader
     REQUIRE(::write(fd.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
   }
-  /// Reads on until it has been told; false if all ends before.
+  /// Reads until the text was reported; false if the output ends before.
   [[nodiscard]] bool tells(const std::string& text) {
     std::array<char, 4096> part{};
     while (told.find(text) == std::string::npos) {
@@ -103,7 +103,7 @@ TEST_CASE("a line that is too long is refused whatever it begins with, and the n
 
 TEST_CASE("standard input is taken for events, too, and its end ends nothing", "[integration][mmusim][bus]") {
   Bench bench;
-  // What has no end of line is a line; the key goes off by the script, long after.
+  // Text without a newline counts as a line; the script switches the key off long after.
   std::ofstream(bench.folder / "key.scn") << "wait frame PDU_STATUS vehicle_on = 1 within 60\n+0.5 vehicle off\n"
                                              "wait frame PDU_STATUS vehicle_on = 0 within 60\npass\n";
   bench.start("-", "printf 'vehicle on' | @");

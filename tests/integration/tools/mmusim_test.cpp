@@ -1,4 +1,4 @@
-// mmusim as a user runs it: what it says about scripts and packs.
+// mmusim as run by a user: its reports on scripts and packs.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -44,14 +44,14 @@ TEST_CASE("a check tells what is wrong with the script and what the pack does no
 }
 
 TEST_CASE("a pack that nobody asks wakes mmusim every 5 ms, not every millisecond", "[integration][mmusim][bus]") {
-  // A process that waits gives its processor up: once each time it has been woken.
+  // A waiting process yields its processor: once per wake-up.
   const auto waits = [] {
     rusage of_children{};
     REQUIRE(::getrusage(RUSAGE_CHILDREN, &of_children) == 0);
     return of_children.ru_nvcsw;
   };
   constexpr int seconds = 2;
-  constexpr int waits_max = seconds * 300 + 100;  // 200 a second, and what beginning and ending take
+  constexpr int waits_max = seconds * 300 + 100;  // 200 per second, and those of start and end
   const auto before = waits();
   const std::string bus = "unix:calm-" + std::to_string(::getpid());
   const Finished run = run_program(
@@ -102,7 +102,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// The demonstration's pack with a script of these lines, beside the core unless the arguments say where.
+/// The demonstration's pack with a script of these lines, beside the core unless the arguments select otherwise.
 Finished run_script(const std::string& text, std::vector<std::string> arguments = {"--with-master"}) {
   const TemporaryFolder folder;
   std::ofstream(folder / "my.scn") << text;
@@ -124,7 +124,7 @@ TEST_CASE("a script whose conditions hold ends the run with success and says how
   CHECK(finished.out.find("times real time, seed 1\n") != std::string::npos);
   CHECK(finished.out.find("a cell's voltage is too low: cell 2.7") != std::string::npos);
   CHECK(finished.err.find("wait contactor main_positive closed within 3: after 0.8") != std::string::npos);
-  CHECK(finished.err.find('\r') == std::string::npos);  // no progress where nobody looks
+  CHECK(finished.err.find('\r') == std::string::npos);  // no progress without a terminal
 }
 
 TEST_CASE("a condition that does not hold has an exit code of its own and its place", "[integration][mmusim]") {
@@ -162,7 +162,7 @@ TEST_CASE("the result for machines is the same for the same seed, but for the ti
     Json json = Json::parse(finished.out);
     CHECK(json.at("took_s").get<double>() > 0.0);
     json.erase("took_s");
-    json.erase("scenario");  // in a folder of its own each time
+    json.erase("scenario");  // in a different folder each time
     return json;
   };
   const Json first = result("5");
@@ -187,7 +187,7 @@ TEST_CASE("in real time on a bus a script ends the run as well", "[integration][
 
 namespace {
 
-/// A run whose first event is told as soon as it listens to signals, ended by one of them.
+/// A run that reports its first event as soon as it handles signals, ended by one of them.
 Finished run_and_stop(const std::string& text, std::vector<std::string> arguments, int signal) {
   const TemporaryFolder folder;
   std::ofstream(folder / "my.scn") << text;

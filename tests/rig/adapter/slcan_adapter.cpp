@@ -1,22 +1,22 @@
-// A serial CAN adapter that can be told to misbehave, for a kernel with slcan: one end of a pseudo-terminal is given to
-// the kernel, which makes a CAN interface of it; the other end is the adapter, which joins it with another interface as
-// a wire does.
+// An emulated serial CAN adapter with faults on command, for a kernel with slcan: one end of a pseudo-terminal is given
+// to the kernel, which makes a CAN interface of it; the other end is the adapter, which joins it with another interface
+// as a wire does.
 //
-//   slcan_adapter INTERFACE OTHER     e.g. slcan_adapter slcan0 vcan0; ends when the interface is there no more, or
-//   input ends
+//   slcan_adapter INTERFACE OTHER     e.g. slcan_adapter slcan0 vcan0; ends when the interface has disappeared, or at
+//   the end of its input
 //
-// Its standard input is what happens to it, a word a line; each is answered with "ok WORD" when it has been done:
+// Its standard input has its events, one word per line; each is answered with "ok WORD" when it has been applied:
 //   busoff passive warning active   the controller's state, with its error counters
-//   alone                           no node acknowledges: each frame is tried in vain and an error is reported for it,
-//                                   the controller becomes error-passive, and nothing is received
+//   alone                           no node acknowledges: each frame is sent without success and an error is reported
+//                                   for it, the controller becomes error-passive, and nothing is received
 //   cut                             the wire is cut, and the controller reports nothing of it
 //   joined                          the wire is whole again, with all nodes on it
-//   stall, go                       the adapter takes nothing from the kernel any more; goes on
+//   stall, go                       the adapter accepts nothing from the kernel any more; continues
 //   unplug                          it is pulled out
 //
-// From busoff to active it is off the bus: the kernel still hands frames over for a moment, and they reach nobody.
+// From busoff to active it is off the bus: the kernel momentarily still hands frames over, and they reach no node.
 //
-// The language on the terminal is that of Lawicel's adapters, with what the kernel's driver adds to it for states and
+// The protocol on the terminal is that of Lawicel's adapters, with the additions of the kernel's driver for states and
 // errors.
 #include <array>
 #include <cerrno>
@@ -54,8 +54,8 @@ constexpr std::array state_table{
     StateRow{"warning", "sw000100\r"},
     StateRow{"active", "sa000000\r"},
 };
-// Of a transmission that no node acknowledged. A controller that counts eight for each is error-passive after 16, and
-// no more than that.
+// Report of a transmission that no node acknowledged. A controller that counts eight for each is error-passive after
+// 16, and goes no further.
 constexpr std::string_view no_acknowledge = "e1a\r";
 constexpr int tries_until_passive = 16;
 
@@ -72,7 +72,7 @@ void write_all(int fd, std::string_view text) {
   }
 }
 
-/// "t1232AABB": identifier, length, bytes. Nothing else of the language is used on our buses.
+/// "t1232AABB": identifier, length, bytes. Nothing else of the protocol is used on these buses.
 bool from_text(std::string_view text, can_frame& out) {
   const auto hex = [&](std::size_t at, std::size_t digits, auto& value) {
     if (text.size() < at + digits) return false;
@@ -168,7 +168,7 @@ class Adapter {
   }
 
   void set_alone(bool is_alone) {
-    // Heard by others again, it counts down.
+    // Acknowledged by other nodes again, it counts down.
     if (is_alone_ && !is_alone && tries_alone_ >= tries_until_passive) tell_state("active");
     is_alone_ = is_alone;
     tries_alone_ = 0;
@@ -232,7 +232,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: slcan_adapter INTERFACE OTHER\n");
     return 2;
   }
-  // Each line is read when it comes, and no more than it.
+  // Each line is read when it comes, and nothing after it.
   std::setvbuf(stdin, nullptr, _IONBF, 0);
   Adapter(argv[1], argv[2]).run();
   return 0;

@@ -1,9 +1,9 @@
-// What a master is on the bus whose decision hangs while its sending goes on: the last CONTACTOR_COMMAND of another
-// one, again and again, with a counter that goes on and a right checksum.
+// Behaves on the bus like a master with a decision that hangs while its sending goes on: repeats the last
+// CONTACTOR_COMMAND of another one, with a counter that goes on and a correct checksum.
 //
 //   live_sender INTERFACE     e.g. live_sender vcan0; until a signal ends it
 //
-// It only listens at first, and says "has a command" once it has received one. From SIGUSR1 on it sends every 20 ms.
+// It only receives at first, and prints "has a command" once it has received one. From SIGUSR1 on it sends every 20 ms.
 // Exit status: 1 if the interface cannot be used, or SIGUSR1 came before any command; 64 wrong usage.
 #include <chrono>
 #include <csignal>
@@ -32,7 +32,7 @@ extern "C" void begin_to_send(int /*signal*/) {
   is_to_send = 1;
 }
 
-/// The last command received, of `before` and what waits.
+/// The last command received, from those waiting in the port; `before` if there is none.
 std::optional<bmu::CanFrame> last_command(bmu::BusPort& port, std::optional<bmu::CanFrame> before) {
   bmu::ReceivedFrame received;
   while (port.read(received) == bmu::ReadStatus::frame) {
@@ -55,7 +55,7 @@ std::optional<bmu::CanFrame> listen(bmu::BusPort& port) {
   return last_command(port, command);
 }
 
-/// Until a frame cannot be sent.
+/// Sends until a frame cannot be sent; returns the error.
 bmu::SendError repeat(bmu::BusPort& port, bmu::CanFrame command) {
   while (true) {
     bmu::seal(contactor_command, static_cast<std::uint8_t>(command.data[6] + 1), command);

@@ -1,5 +1,5 @@
-// The chip of the emulated machine as tests see it, and a pack with lines on it; rig_gpio.c is its driver, whose
-// debugfs shows every level a wire ever had.
+// Access to the chip of the emulated machine for tests, and a pack with lines on it; rig_gpio.c is its driver, with a
+// debugfs that shows every level that a wire has had.
 #pragma once
 
 #include <cstdint>
@@ -29,13 +29,13 @@ inline constexpr unsigned pulse_line = 22;
 
 inline const std::string chip_folder = "/sys/kernel/debug/rig_gpio/";
 inline const std::string driver_folder = "/sys/bus/platform/drivers/rig_gpio/";
-// Far more than anything here takes, even in an emulated machine on a busy host.
+// Far more than any step here takes, even in an emulated machine on a busy host.
 inline constexpr int patience_ms = 20'000;
 
 // --- the chip's file ------------------------------------------------------------------------------------------------
 
-/// A chip whose lines were in use when it vanished comes back by another number: the kernel keeps the old one. So it is
-/// used by a name that stays, which a rule for udev makes elsewhere.
+/// A chip that vanished while its lines were in use comes back with another number: the kernel keeps the old one. So it
+/// is used by a fixed name, which a udev rule makes elsewhere.
 inline const std::string chip_file = "/dev/bmud-gpio";
 
 inline void name_chip() {
@@ -79,7 +79,7 @@ struct Driven {
   friend bool operator==(const Driven& a, const Driven& b) { return a.line == b.line && a.level == b.level; }
 };
 
-/// What has become of wires since this object was made, inputs included.
+/// Changes of all wires since this object was made, inputs included.
 class Log {
  public:
   [[nodiscard]] std::vector<Driven> news() const {
@@ -126,7 +126,7 @@ class PackFile {
                  {"name": "key", "kind": "vehicle_on", "line": 9, "debounce_ms": 0}]})");
     std::ofstream(path()) << pack_;
   }
-  /// An insulation monitor's pulses come in by a line, too; the unit's word on it counts no more.
+  /// The pulses of an insulation monitor come in by a line, too; the PDU's report of it is no longer used.
   void capture_pulses() {
     pack_["gpio"]["insulation_pulses"] = {{"line", pulse_line}};
     std::ofstream(path()) << pack_;

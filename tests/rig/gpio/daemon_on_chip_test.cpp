@@ -1,6 +1,6 @@
 // The real bmud with its contactors on lines of a chip of the kernel, and the modules, sensor and power distribution
-// unit of mmusim on vcan0, in the emulated machine. The test is the wiring: its auxiliary contacts follow the outputs,
-// and it has the key and the emergency stop. Started by tests/rig/gpio_guest.sh.
+// unit of mmusim on vcan0, in the emulated machine. The test provides the wiring: its auxiliary contacts follow the
+// outputs, and it has the key and the emergency stop. Started by tests/rig/gpio_guest.sh.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -56,7 +56,7 @@ class Contacts {
   static OwnedFd open_wire(unsigned line, int flags) {
     return OwnedFd(::open((chip_folder + "line" + std::to_string(line)).c_str(), flags | O_CLOEXEC));
   }
-  /// 0 and 1, or what is neither when it cannot be read.
+  /// 0 or 1; "?" if it cannot be read.
   static char level_of(unsigned line) {
     char level = '?';
     const OwnedFd fd = open_wire(line, O_RDONLY);
@@ -81,7 +81,7 @@ class Contacts {
   std::thread thread_;
 };
 
-/// A car whose key is off, with its daemon: all of it begins and ends with the test.
+/// A car with its key off, and its daemon: all of it starts and ends with the test.
 struct Car {
   PackFile pack;
   TemporaryFolder folder;
@@ -112,7 +112,7 @@ struct Car {
     INFO(read_file(folder / "bmud.log"));
     CHECK(contacts->works());
     daemon.reset();
-    // The wires keep their levels; the next test begins with open ones.
+    // The wires keep their levels; the next test must start with open ones.
     static_cast<void>(open_gpio());
   }
 
@@ -123,7 +123,7 @@ struct Car {
     const Finished asked = run_program({program("bmuctl"), "--socket", socket, "--json", what});
     return nlohmann::json::parse(asked.out, nullptr, false);
   }
-  /// Asks again and again; each question is a process, so that there is time between two.
+  /// Queries repeatedly; each query is a process, so that there is time between two.
   template <class IsWanted>
   [[nodiscard]] bool comes_to(IsWanted is_wanted) const {
     const auto deadline = steady_clock::now() + patience;
@@ -146,7 +146,7 @@ struct Car {
   }
 };
 
-// --- what the chip saw ----------------------------------------------------------------------------------------------
+// --- log of the chip -------------------------------------------------------------------------------------------------
 
 /// The contactors' outputs only, in order.
 std::vector<Driven> contactors_of(const std::vector<Driven>& rows) {
@@ -219,7 +219,7 @@ TEST_CASE("a daemon whose emergency stop line lets go opens its lines within two
     CHECK(row->at_us - stop->at_us <= 2 * tick_us);
   }
   CHECK_FALSE(is_closed());
-  // Pulled out again it stays open: a fault that has gone is no wish.
+  // Released again, the stop leaves the pack open: the end of a fault is no request.
   static_cast<void>(car.listener.last());
   set_wire(estop_line, true);
   CHECK_FALSE(
@@ -276,10 +276,10 @@ TEST_CASE(
   static_cast<void>(car.listener.last());
   CHECK(car.listener.count_within(milliseconds(500)) == 0);
   CHECK(watchdog_of(later.news()).changes == 0);
-  // What the watchdog line and the stop hook are there for.
+  // The reason for the watchdog line and the stop hook.
   CHECK(contactors_of(later.news()).empty());
   CHECK(is_closed());
-  // Somebody is in the middle of changing the pack file.
+  // The pack file is being edited at that time.
   std::ofstream(car.pack.path(), std::ios::trunc) << "{ half a pack";
   const Finished opened = car.open_gpio();
   INFO(opened.err);
@@ -324,7 +324,7 @@ TEST_CASE(
                                 [](const nlohmann::json& row) { return row.at("name") == "control_loop_gap"; });
   REQUIRE(gap != faults.end());
   CHECK(gap->at("count_since_start") == 1);
-  // The key is still on when the pack may close again, and that is no wish.
+  // The key is still on when the pack may close again, and that is no request.
   static_cast<void>(run_program({program("bmuctl"), "--socket", car.socket, "clear"}));
   car.require_may_close();
   static_cast<void>(car.listener.last());

@@ -44,7 +44,7 @@ GpioLevel level_of(GpioLines& lines, std::string_view name) {
   return *found;
 }
 
-/// Another process that has the lines, and drives once for every byte it is sent.
+/// Another process that holds the lines, and drives them once for every byte it receives.
 class Owner {
  public:
   explicit Owner(const GpioConfig& config) {
@@ -61,7 +61,7 @@ class Owner {
     for (const int fd : {ticks_[0], ticks_[1], done_[0], done_[1]}) ::close(fd);
   }
 
-  /// The first tick wants all open, the others a pack that is closed.
+  /// The first tick commands all open, the others a closed pack.
   void tick() {
     send_tick();
     pollfd answer{.fd = done_[0], .events = POLLIN, .revents = 0};
@@ -117,7 +117,7 @@ TEST_CASE("outputs are driven with their polarity, and open again when the lines
     GpioLines lines(pack.lines());
     require_open(lines);
     REQUIRE(lines.drive(driving));
-    CHECK_FALSE(is_closed());  // held open until all have been wanted open
+    CHECK_FALSE(is_closed());  // held open until all have been commanded open
     REQUIRE(lines.drive(all_open));
     REQUIRE(lines.drive({.main_negative = true, .precharge = true}));
     CHECK(is_high(positive_line));
@@ -163,7 +163,7 @@ TEST_CASE("a stop that was let go before anybody read is told by its edge") {
   GpioLines lines(pack.lines());
   require_open(lines);
   CHECK_FALSE(level_of(lines, "cockpit").was_inactive);
-  // The kernel takes an edge's level when its thread runs: one after the other, as it may be late here.
+  // The kernel reads an edge's level when its thread runs: one edge after the other, as that may be late here.
   set_wire(estop_line, false);
   REQUIRE(is_readable(lines, patience_ms));
   set_wire(estop_line, true);
@@ -173,7 +173,7 @@ TEST_CASE("a stop that was let go before anybody read is told by its edge") {
 }
 
 TEST_CASE("feedback follows its contact once that has stopped bouncing, with its polarity") {
-  constexpr int debounce_ms = 1'000;  // longer than this machine is ever away for, between two writes
+  constexpr int debounce_ms = 1'000;  // longer than this machine ever stalls between two writes
   const PackFile pack;
   GpioConfig config = pack.lines();
   config.feedback.at(static_cast<std::size_t>(GpioOutput::main_positive))->debounce =
@@ -185,7 +185,7 @@ TEST_CASE("feedback follows its contact once that has stopped bouncing, with its
 
   for (int i = 0; i < 4; ++i) set_wire(positive_contact_line, i % 2 == 1);  // and it is back where it was
   CHECK_FALSE(level_of(lines, "main_positive").is_active);
-  // That nothing comes takes its time to be seen.
+  // The absence of an edge takes time to be observed.
   CHECK_FALSE(is_readable(lines, debounce_ms + debounce_ms / 2));
 
   const TimePoint closed_at = monotonic_now();
@@ -196,7 +196,7 @@ TEST_CASE("feedback follows its contact once that has stopped bouncing, with its
   CHECK(level_of(lines, "main_positive").is_active);
 }
 
-// --- what goes wrong ------------------------------------------------------------------------------------------------
+// --- failures --------------------------------------------------------------------------------------------------------
 
 TEST_CASE("lines that are another's are refused by name") {
   const PackFile pack;
@@ -277,7 +277,7 @@ TEST_CASE("a killed process leaves its levels behind, until bmud --open-gpio ope
   const Log log;
   owner.end(SIGKILL);
   CHECK(log.news().empty());
-  // The fact that the watchdog line and the stop hook are there for.
+  // The reason for the watchdog line and the stop hook.
   CHECK(is_closed());
 
   const Finished opened = run_program({program("bmud"), "--open-gpio", "--config", pack.path()});

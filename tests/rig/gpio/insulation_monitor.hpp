@@ -1,5 +1,5 @@
-// The pulse output of a Bender IR155 on a wire of the emulated machine's chip: a thread that turns it round at the
-// times that the monitor would.
+// The pulse output of a Bender IR155 on a wire of the emulated machine's chip: a thread that toggles it at the times of
+// the monitor.
 #pragma once
 
 #include <atomic>
@@ -20,12 +20,12 @@ namespace bmu::test {
 
 class InsulationMonitor {
  public:
-  /// It says this from now on.
+  /// Outputs this reading from now on.
   explicit InsulationMonitor(const ir155::Reading& reading)
       : pwm_(ir155::encode(reading)), thread_([this] { play(); }) {}
   InsulationMonitor(const InsulationMonitor&) = delete;
   InsulationMonitor& operator=(const InsulationMonitor&) = delete;
-  /// The wire keeps the level it has, as one that has come off.
+  /// The wire keeps its level, like one that has come off.
   ~InsulationMonitor() {
     is_over_ = true;
     thread_.join();
@@ -43,7 +43,7 @@ class InsulationMonitor {
     const std::lock_guard lock(mutex_);
     return pwm_;
   }
-  /// By times of its own, so that a late wake-up moves one edge and not all that follow.
+  /// On a time grid of its own, so that a late wake-up moves one edge and not all that follow.
   void play() {
     const OwnedFd wire(::open((chip_folder + "line" + std::to_string(pulse_line)).c_str(), O_WRONLY | O_CLOEXEC));
     auto edge_at = Clock::now();

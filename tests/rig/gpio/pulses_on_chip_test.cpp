@@ -1,5 +1,5 @@
-// An insulation monitor's pulses on a line of a chip of the kernel: its times of the edges, through GpioLines, to the
-// state and the resistance. Started by tests/rig/gpio_guest.sh.
+// Pulses of an insulation monitor on a line of a chip of the kernel: from the kernel's times of the edges, through
+// GpioLines, to the state and the resistance. Started by tests/rig/gpio_guest.sh.
 #include <chrono>
 #include <optional>
 
@@ -16,7 +16,7 @@ using ir155::State;
 
 namespace {
 
-/// What a daemon would know of the pulses at each of its ticks, until it is `wanted` or patience is over.
+/// The reading that a daemon would have at each of its ticks, until its state is `wanted` or patience_ms are over.
 std::optional<ir155::Reading> read_until(GpioLines& lines, State wanted) {
   const TimePoint began_at = monotonic_now();
   std::optional<ir155::Reading> last;

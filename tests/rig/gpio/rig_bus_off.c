@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only OR Apache-2.0
-// Takes a CAN interface off its bus as its driver does when the controller has counted too many errors: the emulated controllers count none.
-// So what one does that has counted too many is done to it as well: it is reset, and neither hears nor sends. Nothing may be sent meanwhile:
-// in reset the registers of a frame are those of the acceptance filter, and the controller would hear nothing when it is back.
-// Whether and when it comes back is the business of the kernel, the driver and the interface's restart-ms.
+// Takes a CAN interface off its bus as its driver does when the controller has counted too many errors: the emulated controllers count none. So
+// the controller is also reset, like one that has counted too many, and neither receives nor sends. Nothing may be sent meanwhile: in reset the
+// registers of a frame are those of the acceptance filter, and the controller would receive nothing when it is back. The kernel, the driver and
+// the interface's restart-ms determine whether and when it comes back.
 //
-//   echo can0 >/sys/kernel/debug/rig_bus_off/told      whoever listens for error frames is told
-//   echo can0 >/sys/kernel/debug/rig_bus_off/untold    the error frame got lost, and what is sent goes nowhere without an error
+//   echo can0 >/sys/kernel/debug/rig_bus_off/told      sends an error frame to its receivers
+//   echo can0 >/sys/kernel/debug/rig_bus_off/untold    the error frame got lost, and frames that are sent vanish without an error
 #include <linux/can/dev.h>
 #include <linux/debugfs.h>
 #include <linux/io.h>
@@ -15,7 +15,7 @@
 #include <linux/string.h>
 #include <linux/uaccess.h>
 
-/* Of kvaser_pci: where the registers of the SJA1000 are. The first is its mode, bit 0 of which is the reset. */
+/* Of kvaser_pci: the BAR with the registers of the SJA1000. The first is its mode, with the reset in bit 0. */
 #define RIG_REGISTERS_BAR 1
 #define RIG_RESET 1
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only OR Apache-2.0
 // A GPIO chip without hardware, for the emulated machine: Debian's kernel has none that a test could use.
 //
-//   /sys/kernel/debug/rig_gpio/line0 ...   reading tells the level of the pin, writing sets it as the outside world would
+//   /sys/kernel/debug/rig_gpio/line0 ...   reading returns the level of the pin, writing sets it from outside
 //   /sys/kernel/debug/rig_gpio/log         every level that a pin got, oldest first, "LINE LEVEL TIME" in each row: when it became an
 //                                          output, and whenever it changed. TIME in us of CLOCK_MONOTONIC
 //
@@ -86,7 +86,7 @@ static void rig_irq_unmask(struct irq_data *data)
 	gpiochip_enable_irq(&chip, irqd_to_hwirq(data));
 }
 
-// Every change interrupts, which is what is asked for: both edges.
+// Every change interrupts; only both edges can be requested.
 static int rig_irq_set_type(struct irq_data *data, unsigned int type)
 {
 	return (type & IRQ_TYPE_EDGE_BOTH) == IRQ_TYPE_EDGE_BOTH ? 0 : -EINVAL;

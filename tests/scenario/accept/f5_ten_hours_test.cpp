@@ -30,7 +30,7 @@ HistoryLife life_of(const CoreConfig& config) {
           .layout = layout_of(config)};
 }
 
-/// The numbers of a field of a log line, which are separated by commas; an empty list where one is none.
+/// The comma-separated numbers of a field of a log line; an empty list if one of them is missing.
 std::vector<double> numbers_behind(const std::string& name, const std::string& line) {
   const std::size_t at = line.find(name);
   if (at == std::string::npos) return {};
@@ -50,7 +50,7 @@ std::vector<double> numbers_behind(const std::string& name, const std::string& l
 TEST_CASE("after ten hours of rest every minute of them can be read out", "[scenario][accept][BMS_F.5][slow][hours]") {
   const TemporaryFolder folder;
   const CoreConfig config = test::patched_pack("{}", "lipo-6s-24v.json");
-  // The last cell is held warmer, so that the second sensor says something else than the first.
+  // The last cell is kept warmer, so that the second sensor differs from the first.
   VirtualRun run(config, simulator_config(config), *parse_scenario("0 cell 1.6 temperature_dC 320"));
   const std::string path = folder / "history.sqlite";
   constexpr int minutes = 600;
@@ -81,7 +81,7 @@ TEST_CASE("after ten hours of rest every minute of them can be read out", "[scen
     INFO("minute " << minute);
     const HistoryRow& row = rows[minute];
     CHECK(row.uptime_ms.value_or(0) - rows[minute - 1].uptime_ms.value_or(0) == 60'000);
-    // The line of this minute as LogReq answers it: what is read out at the pack.
+    // The line of this minute as LogReq returns it: the text read out at the pack.
     const std::string line = log_line(row);
     INFO(line);
     const std::vector<double> cells_V = numbers_behind(" C:", line);
@@ -89,10 +89,10 @@ TEST_CASE("after ten hours of rest every minute of them can be read out", "[scen
     for (std::size_t cell = 0; cell < cells_V.size(); ++cell) {
       CHECK(std::abs(cells_V[cell] - plant.cell(cell).voltage_V) < 0.004);
     }
-    // Each sensor sits among its half of the cells and feels the warmest of them.
+    // Each sensor sits among its half of the cells and measures the warmest of them.
     const std::vector<double> sensors_C = numbers_behind(" T:", line);
     REQUIRE(config.modules[0].temperature_sensor_count == 2);
-    REQUIRE(sensors_C.size() >= 2);  // behind them are those of the board
+    REQUIRE(sensors_C.size() >= 2);  // after them come those of the board
     CHECK(std::abs(sensors_C[0] - plant.cell(0).temperature_C) < 3.0);
     CHECK(std::abs(sensors_C[1] - plant.cell(plant.cell_count() - 1).temperature_C) < 3.0);
     const std::vector<double> current_A = numbers_behind(" I:", line);

@@ -1,4 +1,4 @@
-// Acceptance test of MMU_AB (distributed system). Procedure of the authors: a module whose cells are unequal loses its
+// Acceptance test of MMU_AB (distributed system). Procedure of the authors: a module with unequal cells loses its
 // external supply and its master. Their figure: it balances the cells above the imbalance limit for a minute, measures
 // all again at rest, and so on until none is above it; then it sleeps.
 #include <algorithm>
@@ -12,7 +12,7 @@ using namespace bmu;
 
 namespace {
 
-/// What the cells come to when they rest.
+/// Spread of the cells' voltages at rest.
 double spread_mV(const Plant& plant, const CoreConfig& config) {
   double least_uV = 1e9;
   double most_uV = 0.0;
@@ -46,7 +46,7 @@ TEST_CASE("without supply and master a module balances in rounds of a minute, me
       ++rounds;
       began_s = run.seconds();
       CHECK(unit.balancing_cells() == cell_bit(1));
-      if (rounds > 1) CHECK(began_s - ended_s >= 5.0);  // 51 looks at rest
+      if (rounds > 1) CHECK(began_s - ended_s >= 5.0);  // 51 checks at rest
     }
     if (!is_balancing && was_balancing) {
       ended_s = run.seconds();
@@ -58,5 +58,5 @@ TEST_CASE("without supply and master a module balances in rounds of a minute, me
   CHECK(unit.is_asleep());
   CHECK(rounds >= 4);
   CHECK(rounds <= 9);
-  CHECK(spread_mV(run.simulator().plant(), config) < 6.0);  // 5 mV, the noise, and the hysteresis of what was bled
+  CHECK(spread_mV(run.simulator().plant(), config) < 6.0);  // 5 mV, the noise, and the hysteresis of the bled charge
 }

@@ -1,8 +1,8 @@
 // Acceptance test of BMS_NF.2 (24 V competition pack). Procedure of the authors: reference voltages, temperatures and
 // currents are compared with the values on the serial line. Their figures: cells at 4.5, 3.5 and 3.0 V within 4 mV;
 // -10, 0, 30 and 60 C within 3 C; 1, 5, 20 and 50 A out of the pack, and 1, 5 and 14.5 A into it, within 100 mA (they
-// read 1.074, 5.107, 20.093 and 50.156 less 0.07 A, and 0.929, 4.937 and 14.456 more 0.07 A). The reference is what the
-// emulated pack is set to, and the value is read from the text of the service mode.
+// read 1.074, 5.107, 20.093 and 50.156 less 0.07 A, and 0.929, 4.937 and 14.456 more 0.07 A). The reference is the
+// setting of the emulated pack, and the value is read from the text of the service mode.
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -23,7 +23,7 @@ constexpr double voltage_margin_V = 0.004;
 constexpr double temperature_margin_C = 3.0;
 constexpr double current_margin_A = 0.1;
 
-/// The pack with somebody who reads the serial line in its service mode.
+/// The pack with a reader of its serial line in service mode.
 class ReadPack {
  public:
   ReadPack() { run_.set_tap(&values_); }
@@ -33,7 +33,7 @@ class ReadPack {
     for (const TimePoint end = run_.now() + duration; run_.now() < end;) run_.step();
   }
   [[nodiscard]] bool is_closed() const { return run_.core().sequence().phase == Phase::closed; }
-  /// The line of a whole second that begins when the pack has followed `event`.
+  /// The line of a whole second that starts after the pack has followed `event`.
   [[nodiscard]] std::string line_after(const std::string& event) {
     apply(event);
     run(3s);
@@ -94,7 +94,7 @@ TEST_CASE("the serial line has the reference temperatures within 3 C", "[scenari
     CAPTURE(reference_C);
     const std::string line = pack.line_after("pack temperature_dC " + std::to_string(reference_C * 10));
     const auto sensors = test::values_of(line, "T");
-    REQUIRE(sensors.size() > cell_sensors);  // behind them those of the board
+    REQUIRE(sensors.size() > cell_sensors);  // after them those of the board
     for (std::size_t sensor = 0; sensor < cell_sensors; ++sensor) {
       CHECK(number_of(sensors[sensor]) == Approx(reference_C).margin(temperature_margin_C).epsilon(0.0));
     }

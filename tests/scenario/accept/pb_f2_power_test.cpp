@@ -13,7 +13,7 @@ using namespace bmu;
 
 namespace {
 
-/// What a step of the load by 25 A takes from the lowest cell at once, as the modules measure it.
+/// Immediate voltage drop of the lowest cell at a load step by 25 A, as the modules measure it.
 double drop_of_step_V(test::SimRun& run, const std::string& load) {
   const double before_V = run.core().pack().cell_voltage_uV.min / 1e6;
   run.apply("load current_A " + load);

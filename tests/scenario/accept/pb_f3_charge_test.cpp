@@ -1,6 +1,6 @@
 // Acceptance test of PB_F.3 (24 V competition pack), at the pack as shipped. Procedure of the authors: an empty pack is
 // charged with 15 A to 25.7 V at the charger's terminals, until the current is below a tenth. Their figure: no cell is
-// above its limit. No limit of the pack file is changed for it.
+// above its limit. No limit of the pack file is changed for this test.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -33,7 +33,7 @@ TEST_CASE("the 24 V pack is charged with 15 A from empty to 25.7 V at the charge
           "[scenario][accept][slow][PB_F.3]") {
   test::SimRun run(test::patched_pack("{}", "lipo-6s-24v.json"));
   run.apply("pack soc_permille 20");
-  // It holds 4.19 V a cell where its sense wires are; its leads take 0.56 V of 15 A.
+  // It holds 4.19 V per cell at its sense wires; its leads drop 0.56 V at 15 A.
   run.apply("charger voltage_V 25.14");
   run.apply("charger lead_mOhm 37");
   run.apply("charger current_A 15");
@@ -60,7 +60,7 @@ TEST_CASE("the 24 V pack is charged with 15 A from empty to 25.7 V at the charge
   CHECK(current_A(run) >= -1.5);
   CHECK(current_A(run) < -1.0);
   CHECK(std::abs(terminals_max_V - 25.7) < 0.02);
-  CHECK(steady_until_s > 500.0);  // 15 A all the way up
+  CHECK(steady_until_s > 500.0);  // 15 A up to the held voltage
   CHECK(highest_V < 4.2);         // where cell_overvoltage warns
   CHECK(highest_V > 4.18);
   CHECK(*core.soc_permille() > 950);
@@ -89,7 +89,7 @@ TEST_CASE(
     highest_V = std::max(highest_V, highest_cell_V(run));
   }
   CHECK(run.core().last_opening().fault == FaultId::cell_overvoltage);
-  CHECK(least_A > 1.5);       // far from its end
+  CHECK(least_A > 1.5);       // far from the end current
   CHECK(highest_V > 4.2295);  // its limit, which a module rounds to 0.1 mV ...
-  CHECK(highest_V < 4.25);    // ... and what its maker allows
+  CHECK(highest_V < 4.25);    // ... and the maker's limit
 }

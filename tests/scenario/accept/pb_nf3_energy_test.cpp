@@ -1,5 +1,5 @@
 // Acceptance test of PB_NF.3 (24 V competition pack), at the pack as shipped. Procedure of the authors: the full pack
-// delivers 4 A at 8 C until it opens. Their figure: 0.85 h x 4 A x 22.2 V = 75.5 Wh, and at least 70 Wh are wanted.
+// delivers 4 A at 8 C until it opens. Their figure: 0.85 h x 4 A x 22.2 V = 75.5 Wh, and at least 70 Wh are required.
 #include <cmath>
 
 #include "daemon/core/estimation/energy_left.hpp"

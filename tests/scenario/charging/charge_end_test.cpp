@@ -1,5 +1,5 @@
-// The demonstration's pack is charged to its end by the emulated charger, which hears of its limit once a second in
-// whole amperes: what the cells come to, and that the charger comes to rest.
+// The demonstration pack is charged to its end by the emulated charger, which receives its limit once a second in whole
+// amperes: the final voltage of the cells, and whether the charger settles.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -16,11 +16,11 @@ namespace {
 struct ChargeEnd {
   std::int32_t highest_uV = 0;
   double last_A = 0.0;
-  double rises_A = 0.0;  // all that the charger's current rose by after it had first fallen
+  double rises_A = 0.0;  // sum of all rises of the charger's current after its first fall
   bool stayed_closed = true;
 };
 
-/// From the beginning of the charge at 10 s on.
+/// Runs the charge from its start at 10 s.
 ChargeEnd charge(test::SimRun& run, double until_s) {
   ChargeEnd end;
   double before_A = 0.0;

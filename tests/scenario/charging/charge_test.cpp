@@ -1,4 +1,4 @@
-// Chargers that are driven over a bus: a whole charge, and what may go wrong with one.
+// Chargers that are controlled over a bus: a whole charge, and the faults of a charger.
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -16,7 +16,7 @@ namespace {
 constexpr double minute = 60.0;
 constexpr double hour = 3'600.0;
 
-/// Cells of the demonstration, as many modules of twelve, and chargers.
+/// A pack of the demonstration's cells, in `modules` modules of twelve, with chargers.
 CoreConfig charged_pack(const std::string& charger, std::size_t modules = 4) {
   std::string nodes = "1";
   for (std::size_t node = 2; node <= modules; ++node) nodes += ", " + std::to_string(node);
@@ -50,7 +50,7 @@ bool has_fault(const Core& core) {
                      [&](const FaultRow& row) { return core.faults().state(row.id).is_present(); });
 }
 
-/// Plugged in after three seconds, and running until closed.
+/// Plugs the charger in after three seconds, and runs until closed.
 void plug_in(test::SimRun& run) {
   run.run_to(3.0);
   run.apply("charger current_A 25");
@@ -64,7 +64,7 @@ void plug_in(test::SimRun& run) {
 TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends in its window",
           "[scenario][charge][BMU_11][slow][hours]") {
   CoreConfig config = charged_pack(elcon(4), 8);
-  config.balancing.bleed_resistance_Ohm = 17;  // as little as the pack file may have: 0.25 A
+  config.balancing.bleed_resistance_Ohm = 17;  // the least that the pack file may have: 0.25 A
   test::SimRun run(config);
   run.apply("pack soc_permille 200");
   run.apply("cell 2.7 soc_permille 212");
@@ -85,7 +85,7 @@ TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends 
   const Extremes end = voltages(run.simulator().plant());
   CAPTURE(run.seconds() / hour, end.min_V, end.max_V, highest_V, full_V);
   CHECK(highest_V < full_V + 0.003);
-  // What the cells rest at; with more than that below it the charge goes on after balancing.
+  // Voltage of the cells at rest; with one further below the charge continues after balancing.
   CHECK(end.max_V > full_V - 0.010);
   // Within the window of docs/charging.md, and a digit of the wire.
   const double window_V = core.config().charger.balance_window_uV * 1e-6;
@@ -93,13 +93,13 @@ TEST_CASE("a pack of 96 cells is charged from 20 % to full, and every cell ends 
   CHECK(end.max_V - end.min_V <= window_V + 0.0001);
   CHECK_FALSE(has_fault(core));
   run.run_to(run.seconds() + 5.0);
-  CHECK(core.sequence().phase == Phase::open);  // nobody needs it any more
+  CHECK(core.sequence().phase == Phase::open);  // the request has ended
   CHECK(core.last_opening().cause == OpeningCause::request_over);
 }
 
 namespace {
 
-/// Pauses for balancing, and what the longest took, of a charge from 96 % to its end.
+/// Number and longest duration of the pauses for balancing, of a charge from 96 % to its end.
 struct Pauses {
   int count = 0;
   double longest_s = 0.0;
@@ -206,7 +206,7 @@ TEST_CASE("a charger that falls silent while it charges opens the way, and charg
   run.run_to(60.0);
   run.apply("charger mains on");
   run.run_to(64.0);
-  CHECK(core.sequence().phase == Phase::open);  // it has to be steady
+  CHECK(core.sequence().phase == Phase::open);  // it has to be steady first
   run.run_to(90.0);
   CHECK(core.sequence().phase == Phase::closed);
   CHECK(-core.pack().current_mA.value > 15'000);
@@ -230,7 +230,7 @@ TEST_CASE("behind a charging post a Brusa charges if the pack file lets it ask f
   run.apply("charger disconnected");
   run.run_to(42.0);
   CHECK(core.sequence().phase == Phase::open);
-  CHECK(core.chargers().unit(0).report.mains_voltage_mV == known(0));  // nothing is left switched on
+  CHECK(core.chargers().unit(0).report.mains_voltage_mV == known(0));  // no request for mains remains
 }
 
 TEST_CASE("a charger that gives more than it is asked for is cut off, and stays so", "[scenario][charge][F97]") {
@@ -247,7 +247,7 @@ TEST_CASE("a charger that gives more than it is asked for is cut off, and stays 
   run.run_to(100.0);
   CHECK(core.faults().state(FaultId::charger_runaway).is_present());  // latched
   CHECK(core.sequence().phase == Phase::open);
-  // The key would connect it again, and drives once it is unplugged.
+  // The key would connect the charger again; it closes the pack once the charger is unplugged.
   run.apply("vehicle on");
   while (run.seconds() < 130.0) {
     run.run_to(run.seconds() + 0.1);
@@ -387,7 +387,7 @@ TEST_CASE("an interrupted charge does not go on by itself once somebody, or some
   run.run_to(125.0);
   run.apply("charger connected");
   run.run_to(140.0);
-  CHECK(core.sequence().phase == Phase::closed);  // asked anew
+  CHECK(core.sequence().phase == Phase::closed);  // by a new request
 }
 
 TEST_CASE("a frame of a charger that is not plugged in opens nothing, however the pack brakes",
@@ -448,7 +448,7 @@ TEST_CASE("less is told at once", "[scenario][charge]") {
   CHECK(core.ordered_mA(0) == core.ordered_mA(1));
   const std::int32_t before_mA = core.ordered_mA(0);
   REQUIRE(before_mA > 8'000);
-  run.apply("cell 1.1 voltage_mV 4195");  // next to full: the hold takes the current back
+  run.apply("cell 1.1 voltage_mV 4195");  // nearly full: the hold voltage reduces the current
   run.run_to(40.4);
   CHECK(core.ordered_mA(0) < before_mA);
   CHECK(core.gate_refusals() == 0);
@@ -472,7 +472,7 @@ TEST_CASE("a unit that comes late waits for the others to come down, and shares 
   CHECK(core.ordered_mA(3) == 0);
   REQUIRE(core.chargers().unit(3).values_at == TimePoint{});
   run.apply("charger units 4");
-  // The others are told their smaller share with the next command, and then have the time to come down to it.
+  // The others receive their smaller share with the next command, and then have the settling time to come down to it.
   double told_s = 0.0;
   while (run.seconds() < 80.0 && core.ordered_mA(3) == 0) {
     run.run_to(run.seconds() + 0.01);

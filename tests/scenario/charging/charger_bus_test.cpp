@@ -1,4 +1,4 @@
-// A charger on a bus of its own: what it is told and tells goes there, and nobody else hears it.
+// A charger on a bus of its own: its commands and reports are on that bus and on no other.
 #include <string>
 
 #include "daemon/core/core_tap.hpp"
@@ -20,7 +20,7 @@ CoreConfig pack_with(const std::string& protocol) {
       protocol + "\"}}");
 }
 
-/// Frames of the charger by the port that told them, and where its commands went.
+/// Counts the charger's reports, and the commands to it, by port.
 class BusWatch : public CoreTap {
  public:
   explicit BusWatch(const ChargerDriver& driver) : driver_(&driver) {}
@@ -110,7 +110,7 @@ TEST_CASE("a charger hears commands on its own bus alone", "[scenario][simulator
   Simulator simulator(simulator_config(config), {}, start);
   const CanFrame command =
       config.charger.driver->command(0, {.is_enabled = true, .voltage_mV = 200'000, .current_mA = 5'000});
-  // Its trouble is that it hears no command, 5 s after the last.
+  // It reports the trouble "no command" 5 s after the last.
   const auto hears_none = [&](Duration span) {
     bool is_without = false;
     std::array<ChargerReport, charger_units_max> reports{};

@@ -1,5 +1,5 @@
-// What chargers report as wrong with them, and what of it stays: a Brusa latches its errors until it is told to clear
-// them, or has been without its supply.
+// Troubles that chargers report, and which of them stay: a Brusa latches its errors until a command clears them, or its
+// supply has been off.
 #include <string>
 
 #include "tests/support/catch.hpp"
@@ -84,7 +84,7 @@ TEST_CASE("what a Brusa has latched while nobody commanded it stays until it is 
   wall.run_for(600ms);
   wall.run.go_on();
   wall.run_for(30s);
-  CHECK(wall.reported() == no_command);  // commanded again since, and not told to clear it
+  CHECK(wall.reported() == no_command);  // commanded again since, without a command to clear it
   wall.plug_in();
   CHECK(wall.reported() == 0);
   CHECK(wall.flows());

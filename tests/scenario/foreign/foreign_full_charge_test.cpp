@@ -1,5 +1,5 @@
-// Packs with modules of another maker are charged to their end by an emulated charger: what differs is balanced away,
-// by what the modules are told to bleed above, until all cells are full.
+// Packs with modules of another maker are charged to their end by an emulated charger: differences are balanced by the
+// voltage above which the modules are commanded to bleed, until all cells are full.
 #include <algorithm>
 #include <string>
 
@@ -12,7 +12,7 @@ using test::SimRun;
 
 namespace {
 
-/// With a charger, and cells of so little charge that the last tenth and what differs take half an hour.
+/// With a charger, and cells of so little capacity that the last tenth and the differences take half an hour.
 CoreConfig soon_charged(const std::string& pack) {
   CoreConfig config =
       test::patched_pack(R"({"charger": {"protocol": "elcon_tc", "units": 4, "current_max_mA": 20000}})", pack);
@@ -39,7 +39,7 @@ VoltageRange range_of(const SimRun& run) {
 TEST_CASE("a charge ends with every cell of another maker's modules in its window",
           "[scenario][foreign_modules][charger][slow]") {
   constexpr double hour_s = 3'600.0;
-  constexpr double above_window_uV = 3'000.0;  // what the last current makes of different charges
+  constexpr double above_window_uV = 3'000.0;  // effect of the last current on cells of different charge
   for (const char* const name : {"outlander-80s.json", "i3-96s.json"}) {
     DYNAMIC_SECTION(name) {
       SimRun run(soon_charged(name));

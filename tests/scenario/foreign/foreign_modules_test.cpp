@@ -1,5 +1,5 @@
-// The emulated world with modules of other makers in place of ours, asked by their driver: what they measure, what a
-// script can do to them, what it cannot, and what their bleeding does to the pack.
+// The emulated pack with modules of other makers in place of MMUs, polled by their driver: their measurements, what a
+// script can and cannot change in them, and the effect of their bleeding on the pack.
 #include <algorithm>
 
 #include "devices/device_list.hpp"
@@ -37,7 +37,7 @@ CoreConfig pack_of(std::string_view maker) {
   return pack;
 }
 
-/// A world and the least master: it asks in every round of the car, and keeps what it hears.
+/// An emulated pack and a minimal master: it polls in every round of the car, and stores all received frames.
 class ForeignWorld {
  public:
   explicit ForeignWorld(std::string_view maker, std::string_view script = "", std::uint64_t seed = 0)
@@ -63,7 +63,7 @@ class ForeignWorld {
     }
     ++round;
   }
-  /// What the module said last, put together.
+  /// Latest measurements of the module, combined from its frames.
   [[nodiscard]] ModuleMeasurements last(std::uint8_t node) const {
     ModuleMeasurements all;
     for (const SentFrame& sent : heard) {
@@ -173,7 +173,7 @@ TEST_CASE("what such a module bleeds flows, and is told, a cell reads a little l
     const double charge = world.simulator.plant().cell(cell).soc;
     world.run(10s, 3'610'000);
     CHECK(world.simulator.plant().cell(cell).soc < charge);
-    // Its master is gone: for a while it goes on.
+    // Without a master it goes on for about ten seconds.
     world.hear(9s);
     CHECK(world.simulator.plant().cell(cell).balancing_siemens > 0.0);
     world.hear(2s);
@@ -280,7 +280,7 @@ TEST_CASE("the script's conditions look at modules of other makers, too", "[scen
   ForeignWorld world("i3_csc",
                      "0 pack soc_permille 500\n0 cell 2.3 soc_permille 520\n"
                      "0 wait module 2 mode = normal within 0.1\n"
-                     "wait frame 0x101 within 1\n"  // shorter than none of ours, and with another checksum
+                     "wait frame 0x101 within 1\n"  // as long as an MMU's, but with another checksum
                      "wait cell 2.3 balancing within 1\n"
                      "+0 never frame 0x107 for 0.2\n"
                      "+0.3 expect cell 2.3 voltage_mV > 3620\n"
@@ -294,7 +294,7 @@ TEST_CASE("the script's conditions look at modules of other makers, too", "[scen
 TEST_CASE("what cannot be of such modules is refused, with whose it is", "[scenario][simulator][foreign]") {
   struct Case {
     const char* line;
-    const char* i3;  // part of what is wanted; empty: it is right
+    const char* i3;  // part of the expected text; empty: accepted
     const char* outlander;
   };
   const Case cases[] = {
@@ -362,7 +362,7 @@ TEST_CASE("at once a script can do to modules of other makers what it could in a
       world.run(50ms);
     }
   }
-  // And ours have no words of theirs.
+  // This project's own modules have none of their properties.
   CoreConfig ours = pack_of("i3_csc");
   ours.foreign.driver = nullptr;
   Simulator simulator(simulator_config(ours), {}, power_up);

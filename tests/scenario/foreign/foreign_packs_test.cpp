@@ -1,5 +1,4 @@
-// Packs with modules of another maker, from the pack file to the emulated cells: they close, and open for what goes
-// wrong.
+// Packs with modules of another maker, from the pack file to the emulated cells: they close, and open for faults.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -21,7 +20,7 @@ CoreConfig shipped(const std::string& name) {
   REQUIRE(pack.has_value());
   return pack->core;
 }
-/// Open, too, and after a shorter rest.
+/// Balances with open contactors, too, and after a shorter rest.
 CoreConfig balancing_soon(const std::string& name) {
   CoreConfig config = shipped(name);
   config.balancing.requires_closed = false;
@@ -34,7 +33,7 @@ constexpr const char* packs[] = {"outlander-80s.json", "i3-96s.json"};
 SimRun closed(const CoreConfig& config) {
   SimRun run(config);
   run.apply("pack soc_permille 700");
-  run.run_to(2.5);  // the state of charge wants a second of rest with all cells known
+  run.run_to(2.5);  // the state of charge requires a second of rest with all cells valid
   run.apply("vehicle on");
   run.run_to(4.5);
   run.apply("load current_A 5");
@@ -47,7 +46,7 @@ SimRun closed(const CoreConfig& config) {
 bool is_present(const SimRun& run, FaultId fault) {
   return run.core().faults().state(fault).is_present();
 }
-/// Open within `within_s`, for this.
+/// The pack is open for this fault after `within_s`.
 void check_opens(SimRun& run, FaultId fault, double within_s) {
   const double before_s = run.seconds();
   run.run_to(before_s + within_s);
@@ -56,7 +55,7 @@ void check_opens(SimRun& run, FaultId fault, double within_s) {
   CHECK(row_of(run.core().last_opening().fault).name == row_of(fault).name);
 }
 
-/// What modules were told last until the core was shut down.
+/// The last question to the modules before the core was shut down.
 class LastWords final : public CoreTap {
  public:
   explicit LastWords(const ModuleDriver& driver) : driver_(&driver) {}
@@ -86,7 +85,7 @@ class LastWords final : public CoreTap {
   std::optional<std::int32_t> bleed_above_uV_;
 };
 
-/// A pack that has been told to bleed, and is then told to shut down.
+/// A pack that is bleeding, and then receives the command to shut down.
 struct ShutDownBleeding {
   CoreConfig config;
   LastWords words;
@@ -114,7 +113,7 @@ struct ShutDownBleeding {
   }
 };
 
-/// A frame of somebody else, now.
+/// Receives a frame of another node now.
 void send(SimRun& run, const CanFrame& frame) {
   run.observe(FrameReceived{Port::internal, frame});
 }
@@ -163,7 +162,7 @@ TEST_CASE("an Outlander's modules that do not balance are told the lowest cell a
   const auto lowest = [&]() -> const auto& {
     return run.core().pack().cell_voltage_uV;
   };
-  // Without cells there is none: 2510 mV behind the zeros of the start, as from the car.
+  // Without cell voltages there is no target: 2510 mV after the zeros of the start, as in the car.
   constexpr int start_mV = 2'510;
   int rounds_of_start = 0;
   while (target_mV(next()) == 0) ++rounds_of_start;
@@ -180,7 +179,7 @@ TEST_CASE("an Outlander's modules that do not balance are told the lowest cell a
   }
   CHECK(has_all_cells);
   CHECK(run.simulator().plant().cell(8 + 6).voltage_V == Approx(target_mV(words.last()) * 1e-3).margin(0.01));
-  // The target follows the lowest cell, and is none where a cell is not known.
+  // The target follows the lowest cell, and there is none if a cell is unknown.
   const int before_mV = target_mV(words.last());
   REQUIRE(run.simulator().apply("cell 4.1 soc_permille 300"));
   for (int round = 0; round < 25; ++round) next();
@@ -238,7 +237,7 @@ TEST_CASE("an Outlander's module that repeats its old frames is found by the nex
   SimRun run = closed(shipped("outlander-80s.json"));
   run.apply("load current_A 20");
   run.run_to(run.seconds() + 2.0);
-  run.apply("module 5 replay on");  // no counter tells that they are old
+  run.apply("module 5 replay on");  // no counter shows that they are old
   run.run_to(run.seconds() + 1.0);
   CHECK(run.core().pack().is_complete());
   run.apply("load current_A 60");
@@ -251,7 +250,7 @@ TEST_CASE("an Outlander's module that repeats its old frames is found by the nex
 
 TEST_CASE("an i3's module whose frames are damaged, or whose counter stands still, opens the pack",
           "[scenario][foreign_modules]") {
-  // One, for all sections: each takes megabytes of the stack.
+  // One for all sections: each takes megabytes of the stack.
   SimRun run = closed(shipped("i3-96s.json"));
   SECTION("checksums") {
     run.apply("module 4 damaged_frames on");
@@ -344,7 +343,7 @@ TEST_CASE("a module that the pack does not have is told of, and is no measuremen
   }
   SimRun with_stranger(smaller);
   with_stranger.run_to(3.0);
-  // Heard once, it could be a frame that noise has made.
+  // Received once, it could be a frame made by noise.
   for (std::uint8_t counter = 3; counter < 6; ++counter) {
     const ModuleFrames frames = config.foreign.driver->answers(8, {}, {}, counter, {});
     for (const CanFrame& frame : frames) send(with_stranger, frame);
@@ -390,7 +389,7 @@ TEST_CASE("the lowest cell is not bled because others read low while they are", 
   for (const char* const name : packs) {
     DYNAMIC_SECTION(name) {
       CoreConfig config = balancing_soon(name);
-      config.balancing.dead_band_uV = 10'000;  // less than a cell reads low
+      config.balancing.dead_band_uV = 10'000;  // less than a bled cell reads low
       SimulatorConfig world = simulator_config(config);
       world.foreign.bled_reads_low_uV = 40'000;
       VirtualRun run(config, world, {});

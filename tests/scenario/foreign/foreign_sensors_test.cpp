@@ -1,4 +1,4 @@
-// Sensors of other makers around a whole emulated pack: what they say, what a script does to them, and what opens.
+// Sensors of other makers on a whole emulated pack: their messages, the effect of scripts, and the causes of opening.
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ using namespace bmu;
 
 namespace {
 
-/// The demonstration pack with these keys in the place of its sensor's.
+/// The demonstration pack with these keys in place of its sensor's.
 CoreConfig pack_with_sensor(const std::string& keys) {
   return test::patched_pack(R"({"sensor": {"little_endian": null, "invert_current": null, )" + keys + "}}");
 }
@@ -68,12 +68,12 @@ TEST_CASE("a second IVT-S that somebody set up otherwise is not used", "[scenari
   SensorSetting reversed = second.setting(0);
   reversed.is_inverted = true;
   second.give(0, reversed);
-  second.restart(run.simulator().now());  // it has been asked already
+  second.restart(run.simulator().now());  // its settings have been read already
   run.run_to(4.0);
   CHECK(is_present(run, FaultId::sensor_not_set_up));
   CHECK(is_present(run, FaultId::current_sensor_lost));
   CHECK_FALSE(run.core().sensors().current_2_mA.is_valid());
-  CHECK(second.setting(0).is_inverted);  // nobody has touched it
+  CHECK(second.setting(0).is_inverted);  // unchanged
   run.apply("vehicle on");
   run.run_to(6.0);
   CHECK(run.core().sequence().phase == Phase::open);
@@ -89,13 +89,13 @@ TEST_CASE("whoever else commands a second IVT-S is a second master", "[scenario]
 }
 
 TEST_CASE("whoever else commands an IVT-S is a second master, whatever the command", "[scenario][sensors][F39]") {
-  const int command = GENERATE(0x34, 0x10, 0x30, 0x32, 0x3A, 0xFF);  // the mode, and others that are no order of ours
+  const int command = GENERATE(0x34, 0x10, 0x30, 0x32, 0x3A, 0xFF);  // the mode, and others that the core never sends
   CAPTURE(command);
   test::SimRun run(ivt_pack());
   close(run);
   CHECK_FALSE(is_present(run, FaultId::foreign_master));
   CanFrame frame{.id = 0x411, .length = 8, .data = {static_cast<std::uint8_t>(command)}};
-  run.observe(FrameReceived{Port::vehicle, frame});  // another bus
+  run.observe(FrameReceived{Port::vehicle, frame});  // on another bus
   run.run_to(run.seconds() + 0.2);
   CHECK_FALSE(is_present(run, FaultId::foreign_master));
   frame.id = 0x412;
@@ -108,7 +108,7 @@ TEST_CASE("whoever else commands an IVT-S is a second master, whatever the comma
     other.*kind = true;
     run.observe(FrameReceived{Port::internal, other});
   }
-  run.observe(FrameEchoed{Port::internal, frame});  // our own
+  run.observe(FrameEchoed{Port::internal, frame});  // echo of the core
   run.run_to(run.seconds() + 0.2);
   CHECK_FALSE(is_present(run, FaultId::foreign_master));
   const auto rejected = [&run] {
@@ -139,7 +139,7 @@ TEST_CASE("an IVT-S that somebody set up otherwise is not used, configured, it i
   CAPTURE(change);
   test::SimRun verified(ivt_pack());
   verified.apply(change);
-  verified.apply("sensor_unit restart");  // it has been asked already
+  verified.apply("sensor_unit restart");  // its settings have been read already
   verified.run_to(4.0);
   CHECK(is_present(verified, FaultId::sensor_not_set_up));
   CHECK(is_present(verified, FaultId::current_sensor_lost));
@@ -165,7 +165,7 @@ TEST_CASE("what is configured and not stored is gone when the sensor starts anew
   CHECK((run.core().sequence().phase == Phase::closed) == is_stored);
   CHECK(run.core().sensor_setup().restarts() == 1);
   run.run_to(20.0);
-  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);  // open, it was configured again
+  CHECK(run.core().sensor_setup().stage() == SensorSetupStage::done);  // configured again with the pack open
 }
 
 TEST_CASE("a sensor that starts anew in a drive and is as it was opens nothing", "[scenario][sensors]") {

@@ -1,4 +1,4 @@
-// A stationary pack behind an inverter: a day of it, an inverter that is not heard, and one that does not listen.
+// A stationary pack with an inverter: normal operation, an inverter without messages, and one that ignores its limits.
 #include <optional>
 #include <string>
 
@@ -77,12 +77,12 @@ TEST_CASE("the voltage in 356h is the sum of the cells, in the step of its form"
   };
   const Form form = GENERATE(Form{"pylontech", 0.01}, Form{"sma", 0.01}, Form{"victron", 0.01}, Form{"discover", 0.1},
                              Form{"orion", 0.1});
-  // 52 V, and 316 V, which hundredths just carry.
+  // 52 V, and 316 V, which just fits in hundredths.
   const char* const file = GENERATE("storage-16s-48v.json", "lfp-96s.json");
   CAPTURE(form.name, file);
   const CoreConfig config = test::patched_pack(
       R"({"buses": {"inverter": "can9"}, "inverter": {"protocol": ")" + std::string(form.name) + R"("}})", file);
-  // What is on the wire: the emulated inverter reads it with the same table.
+  // From the wire, because the emulated inverter reads it with the same table.
   class Told final : public CoreTap {
    public:
     void observed(const Observation&) override {}
@@ -139,7 +139,7 @@ TEST_CASE("an inverter that falls silent opens the pack, and one that does so wh
   CHECK(run.core().last_opening().fault == FaultId::inverter_lost);
   run.run_to(40.0);
   CHECK_FALSE(is_present(run, FaultId::inverter_lost));
-  CHECK(run.core().sequence().phase == Phase::open);  // until somebody asks anew
+  CHECK(run.core().sequence().phase == Phase::open);  // until a new request
   run.apply("inverter talking");
   run.apply("vehicle off");
   run.run_to(45.0);
@@ -183,7 +183,7 @@ TEST_CASE("an inverter that was never heard has its time, and then the pack open
   close(run);
   while (run.seconds() < 22.0) {
     run.run_to(run.seconds() + 0.1);
-    REQUIRE(told(run).charge_limit_mA == 0);  // nor may anything flow in that time
+    REQUIRE(told(run).charge_limit_mA == 0);  // no current is permitted in that time
     REQUIRE(told(run).discharge_limit_mA == 0);
   }
   CHECK(run.core().sequence().phase == Phase::closed);
@@ -256,8 +256,8 @@ TEST_CASE("somebody else's battery on the inverter's bus opens a closed pack, wh
   run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 8)});
   run.run_to(20.3);
   CHECK(is_present(run, FaultId::foreign_battery));
-  CHECK(told(run).discharge_limit_mA == 0);  // by our word nothing may flow; what the other says nobody knows
-  // At the latest after 5 s, whatever still flows.
+  CHECK(told(run).discharge_limit_mA == 0);  // this master permits no current; the limits of the other are unknown
+  // After 5 s at the latest, with any current.
   run.run_to(20.0 + 5.2);
   CHECK(run.core().sequence().phase == Phase::open);
   CHECK(run.core().last_opening().cause == OpeningCause::fault);
@@ -275,7 +275,7 @@ TEST_CASE("an inverter that follows somebody else's battery is cut off after the
   run.apply("inverter obeys nobody");
   run.apply("inverter current_A 30");
   run.run_to(20.0);
-  run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 3)});  // of whatever length
+  run.observe(FrameReceived{Port::vehicle, data_frame(0x351, 3)});  // of any length
   run.run_to(20.0 + 4.9);
   CHECK(run.core().sequence().phase == Phase::closed);
   run.run_to(20.0 + 5.2);

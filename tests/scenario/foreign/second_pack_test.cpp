@@ -1,4 +1,4 @@
-// The emulated master of a pack beside this one, as the real core hears it: in every dialect, and when it falls silent.
+// The emulated master of a second pack, as received by the real core: in every dialect, and when it falls silent.
 #include "daemon/core/measurement/second_pack.hpp"
 
 #include <string>
@@ -47,7 +47,7 @@ TEST_CASE("what an emulated second pack is to tell, the core hears in every dial
   CHECK(std::string(values.name.begin(), values.name.end()) == "SECOND  ");
   CHECK(values.soc_permille.value == 720);
   CHECK(values.pack_voltage_mV.value == 173'000);        // whole volts
-  CHECK(values.cell_voltage_min_uV.value == 3'600'000);  // of 48 cells, as this pack's
+  CHECK(values.cell_voltage_min_uV.value == 3'600'000);  // of 48 cells, like those of this pack
   CHECK(values.cell_voltage_max_uV.value == 3'600'000);
   CHECK(values.current_mA.value == -32'000);
   CHECK(values.cell_temperature_min_dC.value == 180);

@@ -1,4 +1,4 @@
-// The lines of this machine in a pack file: what is accepted, what is refused, and what the core is told of them.
+// GPIO lines of this host in a pack file: accepted and rejected settings, and the resulting configuration of the core.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -117,7 +117,7 @@ TEST_CASE("sixteen inputs with nine debounce times are accepted, and no more of 
     inputs.push_back(
         {{"name", "input " + std::to_string(i)}, {"kind", "interlock"}, {"line", i}, {"debounce_ms", i % 10}});
   }
-  CHECK(problems_of(pack.dump()).empty());  // 0 is none
+  CHECK(problems_of(pack.dump()).empty());  // 0: none
   inputs[0]["debounce_ms"] = 10;
   refuses_text(pack.dump(), "/gpio", "found 10 different debounce_ms, wanted at most 9");
   inputs.push_back({{"name", "one more"}, {"kind", "interlock"}, {"line", 16}});
@@ -138,7 +138,8 @@ TEST_CASE("everything wrong with the lines is said in one go", "[unit][config][g
                                           "/gpio/outputs/watchdog"});
 }
 
-/// A pack whose three contactors and their contacts are lines, with these changes, paths from the root.
+/// Pack with GPIO lines for its three contactors and their auxiliary contacts, with these changes (paths from the
+/// root).
 Json without_unit(const std::vector<Change>& changes) {
   Json pack = with_gpio({{"/feedback/precharge", {{"line", 15}}}});
   pack["contactors"]["pdu"] = false;
@@ -182,7 +183,7 @@ TEST_CASE("without a power distribution unit everything it does is a line", "[un
   CHECK_FALSE(pack->core.contactors.has_pdu);
   CHECK(parse(valid_pack().dump())->core.contactors.has_pdu);
 
-  // Nothing of it: contactors, contacts and a wish are missing, each is named.
+  // Without any GPIO lines, contactors, auxiliary contacts and a close request are missing; each is named.
   const std::string all = all_text(problems_of(changed({{"/contactors/pdu", false}}).dump()));
   for (const std::string path :
        {"/gpio/outputs/main_positive", "/gpio/outputs/main_negative", "/gpio/outputs/precharge",
@@ -211,7 +212,7 @@ TEST_CASE("an insulation monitor's pulses are a line, and one source of its word
   CHECK(pack->core.insulation.is_heard_itself());
   CHECK_FALSE(parse(with_gpio({}).dump())->core.insulation.has_pulse_line);
 
-  // With it a machine without a unit measures.
+  // With this line a host without a PDU measures the insulation.
   CHECK(problems_of(without_unit({{"/insulation/monitoring", "measured"}, {"/gpio/insulation_pulses", line}}).dump())
             .empty());
   Json alone = changed({{"/gpio", Json{{"chip", "/dev/gpiochip0"}, {"insulation_pulses", line}}}});

@@ -1,4 +1,4 @@
-// The pack file: what is accepted, and that everything wrong with a file is said, where it is, in one go.
+// Pack file: accepted files; all errors of a rejected file are reported at once, each with its location.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,7 +15,7 @@
 namespace bmu {
 namespace {
 
-// --- what is accepted -----------------------------------------------------------------------------------------------
+// --- accepted files -------------------------------------------------------------------------------------------------
 
 TEST_CASE("every pack that is shipped loads", "[unit][config][BMS_NF.1]") {
   std::size_t count = 0;
@@ -40,7 +40,7 @@ TEST_CASE("every cell that is shipped is complete and says where its numbers com
   for (const auto& entry : std::filesystem::directory_iterator(cells_directory)) {
     const Json cell = Json::parse(bytes_of(entry.path()), nullptr, true, true);
     CHECK(cell.at("origin").get<std::string>().find("measurement") != std::string::npos);
-    // Only the cell's keys are of interest: the demonstration's limits need not suit it.
+    // Only the keys of the cell matter: the limits of the demonstration pack need not suit this cell.
     for (const ConfigProblem& problem : problems_of(changed({{"/cell", cell}}).dump())) {
       INFO(to_text(problem));
       CHECK(problem.path.rfind("/cell", 0) != 0);
@@ -123,7 +123,7 @@ TEST_CASE("a whole number may be written with a point or an exponent", "[unit][c
   CHECK(parsed->core.poll.period == 100ms);
 }
 
-// --- one class of problem each --------------------------------------------------------------------------------------
+// --- one class of error each ----------------------------------------------------------------------------------------
 
 TEST_CASE("text that is no JSON is refused as file:line:column", "[unit][config][F78]") {
   refuses_text("{\n  \"name\": \"x\",\n  oops\n}", "", "pack.json:3:3: found a syntax error");
@@ -221,7 +221,7 @@ TEST_CASE("names of buses follow the rules of their kind", "[unit][config]") {
     CAPTURE(name);
     refuses({{"/buses/internal", name}}, "/buses/internal", "an interface name");
   }
-  // A file has no such texts, a command line may.
+  // A file contains no such texts, a command line can.
   for (const char* name : {"can\x01", "can\x7F"}) CHECK_FALSE(is_bus_name(name));
 }
 
@@ -233,7 +233,7 @@ TEST_CASE("texts for the vehicle are at most eight ASCII characters", "[unit][co
   refuses({{"/name", "two\nlines"}}, "/name", "a text");
 }
 
-// --- all at once, and nothing by halves -----------------------------------------------------------------------------
+// --- all errors at once, no partial result --------------------------------------------------------------------------
 
 TEST_CASE("all problems are reported at once", "[unit][config][F78]") {
   const Json pack = changed({{"/nmae", "x"},
@@ -341,7 +341,7 @@ TEST_CASE("the hash changes with any byte of the pack file and of the cell file"
   };
   const std::uint64_t hash = hash_of(pack, cell);
   CHECK(hash == hash_of(pack, cell));
-  // A space at each place where JSON allows one: behind each comma outside a text, and at both ends.
+  // A space at each position at which JSON allows one: after each comma outside a string, and at both ends.
   CHECK(hash != hash_of(pack + " ", cell));
   CHECK(hash != hash_of(" " + pack, cell));
   CHECK(hash != hash_of(pack, cell + "\n"));
@@ -355,9 +355,9 @@ TEST_CASE("the hash changes with any byte of the pack file and of the cell file"
   }
 }
 
-// --- damage ---------------------------------------------------------------------------------------------------------
+// --- damaged files --------------------------------------------------------------------------------------------------
 
-/// SplitMix64: the same numbers with every library.
+/// SplitMix64: yields the same numbers with every library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

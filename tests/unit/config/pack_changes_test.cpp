@@ -1,4 +1,4 @@
-// What people are told of a pack file that is another one than before.
+// Reported changes between two versions of a pack file.
 #include "config/pack_changes.hpp"
 
 #include <string>
@@ -51,7 +51,7 @@ TEST_CASE("the cell's file is compared by its own name", "[unit][config][reload]
   now.cell_text = R"({"capacity": 2})";
   REQUIRE(pack_changes(before, now).size() == 1);
   CHECK(to_text(pack_changes(before, now).front()) == "cell.json: /capacity: 1, now 2");
-  // A cell that has moved into the pack file is told there.
+  // A cell moved from the pack file into its own file is reported in the pack file.
   before.cell_name = "";
   before.cell_text = "";
   before.pack_text = R"({"cell": {"capacity": 1}})";

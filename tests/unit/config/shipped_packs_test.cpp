@@ -1,4 +1,4 @@
-// The packs of the designs: each number that a design gives is the number of the pack file that is shipped.
+// Packs of the reference designs: each value of a design equals the value in the shipped pack file.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -21,7 +21,7 @@ CoreConfig shipped(const std::string& name) {
   return pack->core;
 }
 
-/// Open-circuit voltage of the pack's cell at a state of charge that its table has.
+/// Open-circuit voltage of the pack's cell at a SOC that its table contains.
 std::int32_t ocv_mV(const CoreConfig& pack, std::int32_t soc_permille) {
   for (const OcvPoint& point : pack.cell.ocv) {
     if (point.soc_permille == soc_permille) return point.ocv_uV / 1'000;
@@ -30,13 +30,13 @@ std::int32_t ocv_mV(const CoreConfig& pack, std::int32_t soc_permille) {
   return 0;
 }
 
-/// A steady current, positive out of the pack, for so long.
+/// Constant current, positive out of the pack, and its duration.
 struct Stretch {
   std::int32_t current_mA;
   Duration span;
 };
 
-/// How much of the pack's peak is used up after these, in the direction of which more is; 1000 opens.
+/// Used share of the pack's peak budget after these stretches, for the direction with the larger one; 1000 opens.
 std::int64_t overload_permille(const CoreConfig& pack, const std::vector<Stretch>& stretches) {
   OverloadCounter counter;
   counter.init(pack.current);
@@ -51,7 +51,7 @@ std::int64_t overload_permille(const CoreConfig& pack, const std::vector<Stretch
   return most;
 }
 
-/// What the current sensors of the designs may be off.
+/// Maximum error of the current sensors of the designs.
 constexpr std::int32_t sensor_error_mA = 100;
 
 }  // namespace
@@ -94,7 +94,7 @@ TEST_CASE("the efficiency car's pack has the numbers of its design", "[unit][con
   CHECK(ocv_mV(pack, 250) == 3'700);
   CHECK(ocv_mV(pack, 1'000) == 4'200);
   CHECK(pack.limits.cell_undervoltage.open == 3'700'000);
-  CHECK(pack.limits.cell_overvoltage.warn > 4'200'000);  // a full cell is none that warns
+  CHECK(pack.limits.cell_overvoltage.warn > 4'200'000);  // a full cell does not warn
   CHECK(pack.limits.cell_overvoltage.open == 4'225'000);
   CHECK(pack.limits.discharge_overcurrent.open == 50'000);
   CHECK(pack.limits.cell_undertemperature.open == -200);
@@ -115,7 +115,7 @@ TEST_CASE("the efficiency car's pack carries all that is less than its limit of 
     CHECK(overload_permille(pack, {{current_mA, 1h}}) == 0);
   }
   CHECK(overload_permille(pack, {{-10'000 - sensor_error_mA, 1h}}) == 0);
-  // What the vehicle may take is below the warning with the sensor's error, which is below the limit.
+  // The current permitted to the vehicle plus the sensor error stays below the warning, which is below the limit.
   CHECK(pack.current.discharge_continuous_mA == 49'000);
   CHECK(pack.current.discharge_peak_mA == 49'000);
   CHECK(pack.current.discharge_continuous_mA + sensor_error_mA < pack.limits.discharge_overcurrent.warn);
@@ -129,9 +129,9 @@ TEST_CASE("the competition pack has the numbers of its design", "[unit][config][
   CHECK(pack.current.discharge_peak_mA == 50'000);
   CHECK(pack.current.discharge_peak_for >= 10s);
   CHECK(pack.current.charge_continuous_mA == 15'000);
-  CHECK(pack.current.charge_peak_mA == 15'000);  // what a charger is asked for, and no more for a while
+  CHECK(pack.current.charge_peak_mA == 15'000);  // requested from a charger, without a temporarily higher peak
   CHECK(pack.limits.charge_overcurrent.open == 19'000);
-  CHECK(pack.contactors.break_current_max_mA == 75'000);  // what its switch can interrupt
+  CHECK(pack.contactors.break_current_max_mA == 75'000);  // rated breaking current of its switch
   CHECK(pack.limits.discharge_overcurrent.open < 75'000);
 }
 
@@ -143,7 +143,7 @@ TEST_CASE(
   for (const std::int32_t error_mA : {-sensor_error_mA, 0, sensor_error_mA}) {
     CAPTURE(error_mA);
     CHECK(overload_permille(pack, {{-15'000 + error_mA, 1h}}) == 0);
-    // 8 min at 25 A empty it.
+    // 8 min at 25 A empty the pack.
     CHECK(overload_permille(pack, {{25'000 + error_mA, 470s}}) < 200);
     CHECK(overload_permille(pack, {{25'000 + error_mA, 60s}, {50'000 + error_mA, 10s}}) < 1'000);
     CHECK(overload_permille(pack, {{50'000 + error_mA, 12s}}) >= 1'000);

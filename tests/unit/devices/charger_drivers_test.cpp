@@ -1,5 +1,4 @@
-// Every charger that can be driven: its orders and its reports, each through the wire and back; worked frames; and what
-// is not taken.
+// All charger drivers: round trip of commands and reports, worked frames, and rejected frames.
 #include <array>
 #include <bit>
 #include <string>
@@ -191,7 +190,7 @@ TEST_CASE("whose command a frame is goes by its identifier, whatever its length"
         CHECK(driver->commanded_unit(command) == unit);
       }
       CanFrame remote = command;
-      remote.is_remote = true;  // asks for one, and is none
+      remote.is_remote = true;  // requests a command, and is none
       CanFrame other = command;
       other.is_extended = !other.is_extended;
       CanFrame error = command;
@@ -220,12 +219,12 @@ TEST_CASE("the worked frames of Elcon and Brusa are the drivers'", "[unit][devic
   REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
   CHECK(reports[0].troubles == (bit_of(ChargerTrouble::no_command) | bit_of(ChargerTrouble::no_battery)));
 
-  // Of a capture: charging, and b5, which some units use for a temperature, would be -23 C.
+  // From a capture: charging, and b5, which some units use for a temperature, would be -23 C.
   status.data = {0x0B, 0xC2, 0x00, 0x64, 0x20, 0x4D, 0x01, 0x02};
   REQUIRE(elcon.take(status, reports).word == ChargerWord::values);
   CHECK(reports[0].troubles == 0);
   CHECK_FALSE(reports[0].temperature_dC.is_valid());
-  // Of a master with the address F5, which may heat.
+  // From a master with the address F5, which may heat.
   CanFrame other = charge;
   other.id = 0x1806E5F5;
   other.data[5] = 1;

@@ -1,5 +1,5 @@
-// What every device inherits by being in the list: its rows keep the contracts of rows, its worked frames mean what
-// stands beside them, and all of them are shown.
+// Contracts of every device in the list: its rows keep the contracts of rows, its worked frames decode as documented,
+// and all of them are shown.
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -54,7 +54,7 @@ void for_each_worked_frame(const Device& device, const Take& take) {
   }
 }
 
-/// As `bmudump -t none --device can0=NAME -r devices/NAME/worked_frames.log` has it.
+/// Output as of `bmudump -t none --device can0=NAME -r devices/NAME/worked_frames.log`.
 std::string dump_of_worked_frames(const Device& device) {
   const dump::DumpCatalogue catalogue({.has_internal = false, .has_vehicle = false, .devices = {&device}});
   dump::LineStart start({.time = dump::TimeForm::none});
@@ -68,7 +68,7 @@ std::string dump_of_worked_frames(const Device& device) {
   return std::string(text.pending());
 }
 
-/// A frame of the row with every signal at some number it may have.
+/// Frame of the row with every signal at a random permitted value.
 CanFrame some_frame(const MessageSpec& message, std::uint8_t node, std::uint8_t counter, Random& random) {
   CanFrame frame = make_frame(message, node);
   for (const SignalSpec& signal : message.signals) {
@@ -104,7 +104,7 @@ TEST_CASE("a device is found by its name, and messages of different devices have
     CHECK(find_device(device->name) == device);
     for (const MessageSpec* message : device->catalogue->messages()) {
       INFO(device->name << " " << message->name);
-      // A row that two devices have is one message.
+      // A row that two devices share is one message.
       if (rows.insert(message).second) CHECK(names.insert(message->name).second);
       CHECK(message->name.size() <= 24);
     }
@@ -244,7 +244,7 @@ TEST_CASE("every checksum of the i3's controller and modules is the one its rows
     std::array<std::uint8_t, 7> bytes;
     std::array<std::uint8_t, 8> crc_of_node;
   };
-  // The first five are of a car's controller, the last is reckoned by others.
+  // The first five are from the controller of a car, the last was calculated by others.
   constexpr Sample samples[] = {
       {{0xC7, 0x10, 0x00, 0x00, 0x20, 0x00, 0x10}, {0xE8, 0x8D, 0x22, 0x47, 0x61, 0x04, 0xAB, 0xCE}},
       {{0xC7, 0x10, 0x00, 0x00, 0x20, 0x00, 0x20}, {0xA2, 0xC7, 0x68, 0x0D, 0x2B, 0x4E, 0xE1, 0x84}},

@@ -1,5 +1,4 @@
-// Every inverter that can be told of its battery: each frame through the wire and back, the worked frames, and what is
-// not told because nobody knows it.
+// All inverter drivers: round trip of each frame, the worked frames, and unknown values that are not sent.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -24,7 +23,7 @@ const InverterDriver& driver_of(std::string_view name) {
   return *find_device(name)->inverter;
 }
 
-/// The battery of the worked frames.
+/// Battery of the worked frames.
 BatteryReport worked() {
   return {.charge_voltage_limit_mV = 56'000,
           .discharge_voltage_limit_mV = 44'800,
@@ -147,7 +146,7 @@ TEST_CASE("alarms and warnings are told as the form has them", "[unit][devices][
   BatteryReport report = worked();
   report.alarms = bit_of(BatteryAlarm::high_voltage);
   report.warnings = bit_of(BatteryAlarm::low_voltage);
-  // 01 is raised, 10 is cleared: every item that is told says one of them.
+  // 01 is raised, 10 is cleared: every supported item has one of them.
   for (const char* name : {"sma", "victron", "discover", "orion"}) {
     CHECK(bytes(name, report, 0x35A) == Bytes{0xA6, 0xAA, 0xAA, 0x02, 0x9A, 0xAA, 0xAA, 0x02});
   }
@@ -158,7 +157,7 @@ TEST_CASE("alarms and warnings are told as the form has them", "[unit][devices][
   report.alarms = bit_of(BatteryAlarm::high_current) | bit_of(BatteryAlarm::high_charge_current) |
                   bit_of(BatteryAlarm::communication);
   CHECK(bytes("pylontech", report, 0x359, brief) == Bytes{0x80, 0x09, 0x04, 0x00, 0x01, 0x50, 0x4E});
-  // Who has no word for a bus that is down calls it an internal error.
+  // A protocol without an alarm for a failed bus sends it as an internal error.
   report.warnings = 0;
   report.alarms = bit_of(BatteryAlarm::communication);
   CHECK(bytes("victron", report, 0x35A) == Bytes{0xAA, 0xAA, 0x6A, 0x02, 0xAA, 0xAA, 0xAA, 0x02});
@@ -241,7 +240,7 @@ TEST_CASE("requests are told where the form has a word for them", "[unit][device
 TEST_CASE("what is above 100 % in 355h is out of range, whatever the form", "[unit][devices][inverter]") {
   for (const InverterDriver* driver : drivers()) {
     const MessageSpec& row = *find_device(driver->name)->catalogue->find(0x355).message;
-    // 513 % and 1027 %, and 100.01 % or 1000.1 % behind them.
+    // 513 % and 1027 %, and then 100.01 % or 1000.1 %.
     const FrameBytes beyond{0x01, 0x02, 0x03, 0x04, 0x11, 0x27};
     const FrameBytes full{100, 0, 100, 0};
     for (const SignalSpec& signal : row.signals) {
@@ -293,7 +292,7 @@ TEST_CASE("the voltage is in the step of the named form, and one that does not f
       CHECK(bytes(name, report, 0x356)[1] == high);
     }
   }
-  // The two forms with tenths.
+  // The two protocols with tenths.
   for (const char* name : {"discover", "orion"}) {
     for (const auto& [voltage_mV, low, high] : {std::array{52'200, 0x0A, 0x02}, std::array{292'500, 0x6D, 0x0B}}) {
       report.voltage_mV = known(voltage_mV);
@@ -311,7 +310,8 @@ TEST_CASE("the voltage is in the step of the named form, and one that does not f
 
 TEST_CASE("an Orion's own messages, of which vehicles have different layouts, stay unknown",
           "[unit][devices][inverter]") {
-  // Some of them, 036h among them, end in a checksum. Of what is read and sent every byte is taken by something else.
+  // Some of them, 036h among them, end in a checksum. In the messages that are read and sent every byte has another
+  // use.
   const Catalogue& orion = *find_device("orion")->catalogue;
   for (const std::uint32_t id : {0x036U, 0x076U, 0x6B0U, 0x6B1U, 0x6B2U, 0x6B3U, 0x6B4U}) {
     CHECK(orion.find(id).message == nullptr);

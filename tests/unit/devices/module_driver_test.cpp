@@ -1,4 +1,5 @@
-// What foreign modules are asked and say, against frames of cars; and the two sides of each driver against each other.
+// Requests to modules of other manufacturers and their answers, compared with frames from cars; and the round trip of
+// each driver.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -34,7 +35,7 @@ ModuleMeasurements measurements() {
   return measured;
 }
 
-/// Everything that the frames of an answer say, in one.
+/// All values from the frames of an answer together.
 struct Heard {
   ModuleParts parts = 0;
   std::uint16_t bleeding_cells = 0;
@@ -73,9 +74,9 @@ Heard hear(const ModuleDriver& driver, std::uint8_t node, const ModuleFrames& fr
 TEST_CASE("an Outlander's modules are asked as the car asks them", "[unit][foreign_modules]") {
   CHECK(outlander().ask({.is_start = true}, 0, {}) == frame_of(0x3C3, {}));
   CHECK(outlander().ask({}, 4, {}) == frame_of(0x3C3, {0x09, 0xCE, 0, 0, 3, 0, 0, 0}));
-  // Of a capture, 10 s after the start: the lowest cell, and balancing off.
+  // From a capture, 10 s after the start: the lowest cell, and balancing off.
   CHECK(outlander().ask({.idle_target_uV = 3'964'000}, 250, {}) == frame_of(0x3C3, {0x0F, 0x7C, 0, 0, 3, 0, 0, 0}));
-  // As others ask, but for the bit that may let modules be renumbered.
+  // As others request it, except for the bit that may cause modules to be renumbered.
   CHECK(outlander().ask({.bleed_above_uV = 3'950'000}, 4, {}) == frame_of(0x3C3, {0x0F, 0x6E, 1, 0, 3, 0, 0, 0}));
 }
 
@@ -92,7 +93,7 @@ TEST_CASE("an i3's modules are asked as the car asks them, each with its checksu
     CHECK(i3().ask({.node = node}, 4, {}) ==
           frame_of(id, {0xC7, 0x10, 0, 0x50, 0x20, 0, 0x50, crcs_of_both[node - 1]}));
   }
-  // Of a log: bleed what is above 4.034 V; and an idle one as from others.
+  // From a log: bleed cells above 4.034 V; and an idle request as sent by others.
   CHECK(i3().ask({.node = 1, .bleed_above_uV = 4'034'000}, 13, {}) ==
         frame_of(0x080, {0xC2, 0x0F, 0, 0x50, 0x08, 0, 0xE0, 0xFF}));
   CHECK(i3().ask({.node = 1}, 2, {.idle_as_others = true}) == frame_of(0x080, {0x68, 0x10, 0, 0x50, 0, 0, 0x30, 0x7C}));
@@ -213,7 +214,8 @@ TEST_CASE("the bitmap of an i3's module says which cells are bled, and the flags
       for (std::size_t slot = 0; has_cells && slot < 3; ++slot) CHECK(flags_of(frame, slot) == (bleeding != 0 ? 2 : 0));
     }
   }
-  // Of a capture: the flags are no part of the voltage, and bleed no cell that the bitmap does not have.
+  // From a capture: the flags are not part of the voltage, and mark no cell as bleeding that the bitmap does not
+  // contain.
   const ModuleReport cells = i3().take(frame_of(0x147, {0x0E, 0x90, 0x0E, 0x90, 0x0F, 0x90, 0xB0, 0x25}), {});
   CHECK(cells.cell_voltage_uV[0] == known(4'110'000));
   CHECK(cells.cell_voltage_uV[2] == known(4'111'000));
@@ -235,7 +237,7 @@ TEST_CASE("what sources do not agree on is how the pack file says it is", "[unit
   const Heard heard = hear(outlander(), 3, frames, other);
   CHECK(heard.cell_voltage_uV[0] == measured.cell_voltage_uV[0]);
   CHECK(heard.cell_temperature_dC[0] == measured.cell_temperature_dC[0]);
-  // And read as usual it would be this:
+  // Read with the default options it would be this:
   const Heard wrong = hear(outlander(), 3, frames, {});
   CHECK(wrong.cell_voltage_uV[0] == measured.cell_voltage_uV[4]);
   CHECK(wrong.cell_temperature_dC[0].value == measured.cell_temperature_dC[0].value - 100);
@@ -250,7 +252,7 @@ TEST_CASE("modules answer the rounds of a start with nothing that is measured", 
 TEST_CASE("a number that no cell can have is none, and is counted", "[unit][foreign_modules]") {
   const ModuleReport cells = outlander().take(frame_of(0x612, {0x13, 0x89, 0, 0, 0xFF, 0xFF, 0x0F, 0x82}), {});
   CHECK(cells.cell_voltage_uV[0].validity == Validity::out_of_range);  // 5.001 V
-  CHECK(cells.cell_voltage_uV[1].validity == Validity::out_of_range);  // nothing at all
+  CHECK(cells.cell_voltage_uV[1].validity == Validity::out_of_range);  // 0 V
   CHECK(cells.cell_voltage_uV[2].validity == Validity::not_fitted);
   CHECK(cells.cell_voltage_uV[3] == known(3'970'000));
   CHECK(values_out_of_range(cells, 8, 5) == 2);

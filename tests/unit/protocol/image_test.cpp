@@ -1,4 +1,4 @@
-// What a thing knows as bytes, and back.
+// State of an object as bytes, and back.
 #include "protocol/image.hpp"
 
 #include <limits>
@@ -68,7 +68,7 @@ class Forgetful {
   BMU_FIELDS(first_)
 };
 
-/// What it uses as an index it says itself.
+/// Class that checks its own index.
 class Ring {
  public:
   [[nodiscard]] int read() const { return items_[next_]; }
@@ -154,7 +154,7 @@ TEST_CASE("an image that is none is refused, and the reason told", "[unit][image
   CHECK(problem_of(with(20, 2)) == ImageProblem::no_bool);
   CHECK(problem_of(with(21, 3)) == ImageProblem::no_word);
   CHECK(problem_of(with(22, 7)) == ImageProblem::no_bool);     // whether there is a span
-  CHECK(problem_of(with(31, 2)) == ImageProblem::no_variant);  // behind the span's 8 bytes
+  CHECK(problem_of(with(31, 2)) == ImageProblem::no_variant);  // after the span's 8 bytes
   for (const ImageProblem problem :
        {ImageProblem::too_short, ImageProblem::too_long, ImageProblem::no_bool, ImageProblem::no_word,
         ImageProblem::no_size, ImageProblem::no_variant, ImageProblem::no_number, ImageProblem::no_state}) {
@@ -194,7 +194,7 @@ TEST_CASE("a thing says itself what it cannot be", "[unit][image]") {
     const auto problem = read_image(std::span<const std::uint8_t>(bytes), ring);
     CHECK(problem == (next < 3 ? std::nullopt : std::optional(ImageProblem::no_state)));
   }
-  // Also within others, and before what does not follow.
+  // Also inside another object, and before a member that is not read any more.
   struct Two {
     Ring first;
     Ring second;

@@ -1,5 +1,4 @@
-// From edges to the insulation monitor's signal: every state's, with jitter, with edges that were lost, and without
-// any.
+// From edges to the signal of the insulation monitor: of every state, with jitter, with lost edges, and without any.
 #include "protocol/ir155_capture.hpp"
 
 #include <cstdlib>
@@ -12,7 +11,7 @@ namespace {
 
 constexpr TimePoint start{1'000s};
 
-/// A signal on a wire, period after period.
+/// Signal on a wire, period after period.
 struct Wire {
   Capture capture;
   TimePoint now = start;
@@ -21,7 +20,8 @@ struct Wire {
   void edge(bool is_rising, bool is_after_loss = false) {
     capture.observe({.at = now, .is_rising = is_rising, .is_after_loss = is_after_loss});
   }
-  /// High for the first of them, and low for the rest of the second; the rise that ends it is the next one's.
+  /// One period, high for `high` and low for the remainder of `whole`; the rising edge at its end is that of the next
+  /// one.
   void period(Duration high, Duration whole) {
     edge(true);
     now += high;
@@ -103,7 +103,7 @@ TEST_CASE("one lost edge spoils its period only, and is borne", "[unit][protocol
     wire.now += 25ms;
     wire.edge(false);
   }
-  CHECK(wire.pwm().duty_permille == 250);  // the last whole one
+  CHECK(wire.pwm().duty_permille == 250);  // the last complete period
   CHECK(wire.pwm().since_edge == 125ms);
   CHECK(wire.state() == State::normal);
   wire.now += 75ms;
@@ -117,7 +117,7 @@ TEST_CASE("edges that were lost are no longer period, wherever in it they were",
   Wire wire;
   for (int count = 0; count < 3; ++count) wire.period(10ms, 100ms);
   wire.edge(true);
-  // A fall and the next rise are missing: what is seen would be 160 ms with 110 ms high.
+  // A falling and the next rising edge are missing: the visible period would be 160 ms with 110 ms high.
   wire.now += 110ms;
   wire.edge(false, true);
   wire.now += 50ms;
@@ -183,7 +183,7 @@ TEST_CASE("times that go back or stand still are no period", "[unit][protocol][i
   Wire wire;
   wire.edge(true);
   wire.edge(false);
-  wire.edge(true);  // all at once
+  wire.edge(true);  // all at the same time
   CHECK(wire.pwm().frequency_mHz == 0);
   wire.now -= 10ms;
   wire.edge(false);

@@ -1,4 +1,4 @@
-// The insulation monitor's pulse-width signal: every edge of every band, the vendor's table, and back.
+// Pulse-width signal of the insulation monitor: every limit of every band, the vendor's table, and the inverse.
 #include "protocol/ir155.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ State state_of(std::int32_t frequency_mHz, std::int32_t duty_permille) {
   return decode(pwm_of(frequency_mHz, duty_permille)).state;
 }
 
-/// The table once more, as ranges with both ends, so that a wrong row or tolerance shows.
+/// The table a second time, as ranges with both ends, so that a wrong row or tolerance is detected.
 State expected_state(std::int32_t frequency_mHz, std::int32_t duty_permille) {
   const auto within = [](std::int32_t value, std::int32_t low, std::int32_t high) {
     return value >= low && value <= high;

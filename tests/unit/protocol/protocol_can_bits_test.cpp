@@ -1,4 +1,4 @@
-// How long a frame is on the wire: recorded lengths, the bound, and the same by a slow way of its own.
+// Length of a frame on the bus: recorded lengths, the upper bound, and an independent slow calculation.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -33,7 +33,7 @@ std::vector<std::uint8_t> eight(std::uint8_t byte) {
   return std::vector<std::uint8_t>(8, byte);
 }
 
-/// Lengths that another calculator of frame lengths gave.
+/// Lengths from another calculator of frame lengths.
 const std::vector<Length>& recorded_lengths() {
   static const std::vector<Length> rows{
       {0x620, eight(0x00), 126},
@@ -77,7 +77,7 @@ std::string remainder_of(std::string message) {
   return message.substr(message.size() - 15);
 }
 
-/// The stuffed part by the words of the standard: all fields as text, their CRC, then every run of five is looked for.
+/// The stuffed part as the standard defines it: all fields as text, their CRC, then a search for every run of five.
 std::string stuffed_by_definition(const CanFrame& frame) {
   std::string text = "0";
   const std::string remote = frame.is_remote ? "1" : "0";
@@ -107,7 +107,7 @@ std::string text_of(const CanBits& bits) {
   return text;
 }
 
-/// Bytes as they are in such frames: any at all, or few different ones with long runs of equal bits.
+/// Frame with any bytes, or with few different ones with long runs of equal bits.
 CanFrame any_frame(Random& random) {
   static constexpr std::uint8_t long_runs[] = {0x00, 0xFF, 0x0F, 0xF0, 0x78, 0x87, 0x3C, 0xC3, 0x1E, 0xE1, 0x07, 0xF8};
   const bool is_extended = random.below(2) == 0;
@@ -146,7 +146,7 @@ TEST_CASE("a frame's bits agree with the slow way, and no frame is longer than t
     INFO(std::hex << frame.id << (frame.is_extended ? " extended" : "") << (frame.is_remote ? " remote" : ""));
     const CanBits stuffed = stuffed_bits(frame);
     REQUIRE(text_of(stuffed) == stuffed_by_definition(frame));
-    // Counted by tables, not from those bits.
+    // bits_on_wire counts by tables, not from those bits.
     REQUIRE(bits_on_wire(frame) ==
             static_cast<std::int64_t>(stuffed.size()) + can_bits_of_trailer + can_bits_between_frames);
     REQUIRE(bits_on_wire(frame) <= bits_on_wire_max(frame));

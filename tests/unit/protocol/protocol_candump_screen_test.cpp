@@ -1,4 +1,4 @@
-// What candump writes to a screen is read as the log line that says the same, and damage is named with its column.
+// Screen output of candump is read like the equivalent log line, and damage is reported with its column.
 #include <array>
 #include <memory>
 #include <string>
@@ -21,7 +21,7 @@ ScreenLine screen(std::string_view text) {
   return *line;
 }
 
-/// The log line that says the same.
+/// Equivalent log line.
 std::string as_log(std::string_view text) {
   const ScreenLine parsed = screen(text);
   std::array<char, long_log_line_length_max> out{};
@@ -71,7 +71,7 @@ TEST_CASE("a date counts as if it were that of UTC", "[unit][protocol][candump]"
   CHECK(line.time_form == LogTimeForm::date);
   CHECK(line.line.time_us == 1'700'000'000'123'456);
   CHECK(screen("(1970-01-01 00:00:00.000000)  can0  143   [0]").line.time_us == 0);
-  CHECK(screen("(2024-02-29 23:59:60.000001) can0 143#01").line.time_us == 1'709'251'200'000'001);  // of a log
+  CHECK(screen("(2024-02-29 23:59:60.000001) can0 143#01").line.time_us == 1'709'251'200'000'001);  // from a log
   CHECK(screen("  can0  143   [0]").time_form == LogTimeForm::none);
   CHECK(screen("(1.000000)  can0  143   [0]").time_form == LogTimeForm::seconds);
   CHECK(damage("(2023-02-29 22:13:20.000000)  can0  143   [0]") == "1: a date as 2023-11-14 22:13:20");

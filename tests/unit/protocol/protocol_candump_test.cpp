@@ -1,4 +1,4 @@
-// Log lines: what candump writes is read, what is damaged is named with its column, and nothing crashes.
+// Log lines: output of candump is read, damage is reported with its column, and nothing crashes.
 #include <array>
 #include <string>
 #include <vector>
@@ -19,7 +19,7 @@ LogLine parsed(std::string_view text) {
   return *line;
 }
 
-/// "column: what was wanted", column from 1 as an editor counts.
+/// "column: expected text", column from 1 as an editor counts.
 std::string damage(std::string_view text) {
   const auto line = parse_log_line(text);
   if (line.has_value()) return "none";
@@ -233,7 +233,7 @@ TEST_CASE("a line that is printed parses to itself, for random frames", "[unit][
 }
 
 TEST_CASE("a line read at once and the same read letter by letter say the same", "[unit][protocol][candump]") {
-  // Ten digits of seconds, a short name and eight bytes are what is read at once.
+  // Lines with ten digits of seconds, a short name and eight bytes are read at once.
   const std::uint32_t seed = GENERATE(range(100U, 110U));
   Random random(seed);
   for (int count = 0; count < 2'000; ++count) {
@@ -267,7 +267,7 @@ TEST_CASE("a damaged line is damaged at the same place, whichever way its time i
       if (at != 11) usual[at] = letters[random.below(static_cast<std::uint32_t>(letters.size()))];
     }
     std::string unusual = usual;
-    unusual.insert(1, "0");  // eleven digits of seconds; a point stays behind them, as more than twelve are none
+    unusual.insert(1, "0");  // eleven digits of seconds; the point stays after them, as more than twelve are invalid
     INFO("seed " << seed << ", line " << count << ": " << usual);
     const auto one = parse_log_line(usual);
     const auto other = parse_log_line(unusual);

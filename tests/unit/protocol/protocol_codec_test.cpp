@@ -1,4 +1,4 @@
-// Bytes to meaning and back: the worked frames of the documentation, and the contracts all rows inherit.
+// Decoding and encoding: the worked frames of the documentation, and the contracts of all rows.
 #include <algorithm>
 
 #include "protocol/receive_check.hpp"

@@ -1,4 +1,4 @@
-// The checksum: its known values, and that it finds what it promises to find.
+// Checksum: its known values, and the detection of all errors that it guarantees to detect.
 #include <string_view>
 
 #include "protocol/bits.hpp"
@@ -106,6 +106,6 @@ TEST_CASE("a frame that shows up under another identifier fails its checksum", "
   CanFrame frame = internal_worked_frames()[2].frame();
   int accepted = 0;
   for (frame.id = 0; frame.id < 2048; ++frame.id) accepted += passes(frame) ? 1 : 0;
-  // One byte cannot tell 2048 identifiers apart, but what it confuses is more than three bits away.
+  // One byte cannot distinguish 2048 identifiers, but those that it confuses differ in more than three bits.
   CHECK(accepted == 8);
 }

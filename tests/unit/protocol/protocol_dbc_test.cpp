@@ -1,5 +1,5 @@
 // The DBC file, read back by a small reader that shares nothing with the writer: it walks the bits one by one as the
-// DBC format numbers them, and must come to the values our rows decode.
+// DBC format numbers them, and must obtain the values that the rows decode.
 #include <algorithm>
 #include <map>
 #include <optional>

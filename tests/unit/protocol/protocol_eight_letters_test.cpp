@@ -1,4 +1,4 @@
-// Eight letters at once: every letter at every place is judged and read as a loop over letters would.
+// Eight characters at a time: every character at every position is checked and read as by a loop over characters.
 #include <string>
 
 #include "protocol/eight_letters.hpp"

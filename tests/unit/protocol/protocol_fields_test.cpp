@@ -1,4 +1,4 @@
-// What foreign protocols need of a row beyond what our own buses do: little-endian fields of any width, offsets,
+// Features of a row that only other manufacturers' protocols need: little-endian fields of any width, offsets,
 // documented ranges, 29-bit identifiers, nodes counted in another digit, frames without their end.
 #include <array>
 
@@ -56,7 +56,7 @@ static_assert(check_catalogue(catalogue));
 constexpr const MessageSpec* twins[] = {&far_away, &far_twin};
 static_assert(!check_catalogue(Catalogue{"twins", twins}));
 
-/// A row that has these two fields, is it one?
+/// Whether a row with these two fields is valid.
 consteval bool may_stand_beside(SignalSpec one, SignalSpec other) {
   one.name = "one";
   other.name = "other";
@@ -66,7 +66,7 @@ consteval bool may_stand_beside(SignalSpec one, SignalSpec other) {
 
 static_assert(may_stand_beside(field(ByteOrder::little, bit_le(0, 0), 14), field(ByteOrder::big, bit(1, 7), 2)));
 static_assert(!may_stand_beside(field(ByteOrder::little, bit_le(0, 0), 14), field(ByteOrder::big, bit(1, 5), 1)));
-// As runs of numbers these two would touch each other, and as bits they do not; and the other way round.
+// By bit numbers these two would overlap, by their bits they do not; and vice versa.
 static_assert(may_stand_beside(field(ByteOrder::little, bit_le(0, 4), 4), field(ByteOrder::big, bit(0, 3), 4)));
 static_assert(!may_stand_beside(field(ByteOrder::little, bit_le(0, 0), 4), field(ByteOrder::big, bit(0, 3), 4)));
 static_assert(!may_stand_beside(field(ByteOrder::little, bit_le(3, 0), 16), field(ByteOrder::big, byte(4), 8)));
@@ -260,7 +260,7 @@ TEST_CASE("BMW's frames with counter 15, which is never used, are refused and co
   CHECK(check.counts().rejected[static_cast<std::size_t>(RejectReason::wrong_counter)] == 1);
   CHECK(check.rejected_under(frame.id) == 2);
   CHECK(to_text(RejectReason::wrong_counter) == "wrong counter");
-  // It left no counter behind that the next frame could repeat.
+  // It stored no counter that the next frame could repeat.
   CHECK(check.check(bmw_frame(0)).is_accepted);
 }
 
@@ -273,10 +273,10 @@ TEST_CASE("BMW's frames with a counter that was there are repeated, or conflict"
   CanFrame damaged = bmw_frame(3);
   damaged.data[2] ^= 0x10U;
   CHECK(check.check(damaged).reason == RejectReason::wrong_crc);
-  // Under another module's identifier it is not this module's.
+  // With the identifier of another module its checksum is wrong.
   CanFrame moved = bmw_frame(3);
   moved.id = bmw.id_of(4);
   CHECK(check.check(moved).reason == RejectReason::wrong_crc);
-  // 80h is POLL on our own bus, and asks nobody here.
+  // 80h is POLL on the internal bus, and polls no module here.
   CHECK(check.check(bmw_frame(4)).is_accepted);
 }

@@ -1,4 +1,4 @@
-// The door every received frame passes: each reason to refuse, the counters, and what a refused frame must not do.
+// Check of every received frame: each reject reason, the counters, and effects that a rejected frame must not have.
 #include "protocol/receive_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "protocol/tables/vehicle_bus.hpp"
@@ -163,7 +163,7 @@ TEST_CASE("a response is late unless it has the counter of the latest command to
   CHECK(verdict(check, sealed(internal_bus::response, 3, 6)) == "late");
   CHECK(verdict(check, sealed(internal_bus::response, 3, 50)) == "late");
   CHECK(verdict(check, sealed(internal_bus::response, 3, 7)) == "ok");
-  check.note_sent(sealed(internal_bus::command, 0, 8));  // a broadcast is answered by nobody
+  check.note_sent(sealed(internal_bus::command, 0, 8));  // no module answers a broadcast
   CHECK(verdict(check, sealed(internal_bus::response, 3, 7)) == "repeated counter");
 }
 

@@ -1,4 +1,4 @@
-// The door of a module unit: it judges what it is shown as receive_check does.
+// Frame check of a module unit: the same results as those of receive_check.
 #include "protocol/request_check.hpp"
 #include "protocol/tables/internal_bus.hpp"
 #include "tests/support/catch.hpp"

@@ -1,4 +1,4 @@
-// Whole numbers between units: to the nearest, whatever the value.
+// Integer conversions between units: rounded to the nearest, for every value.
 #include "protocol/units.hpp"
 
 #include <limits>
@@ -14,7 +14,7 @@ TEST_CASE("a division goes to the nearest integer, ties away from zero", "[unit]
     CHECK(divide_to_nearest(sign * 500, 1'000) == sign);
     CHECK(divide_to_nearest(sign * 1'499, 1'000) == sign);
     CHECK(divide_to_nearest(sign * 1'500, 1'000) == sign * 2);
-    // Nothing is a tie of three.
+    // A division by three has no ties.
     CHECK(divide_to_nearest(sign * 4, 3) == sign);
     CHECK(divide_to_nearest(sign * 5, 3) == sign * 2);
     CHECK(divide_to_nearest(sign * 7, 1) == sign * 7);

@@ -1,4 +1,4 @@
-// The simulated bus: arbitration, lengths, error frames, counters, bus-off and the way back.
+// The simulated bus: arbitration, lengths, error frames, counters, bus-off and recovery.
 #include "tests/support/can_bus.hpp"
 
 #include <string>
@@ -22,7 +22,7 @@ CanFrame frame_of(std::uint32_t id, std::uint8_t first = 0) {
   return frame;
 }
 
-/// A bus with three stations, and everything it told.
+/// Bus with three stations, and all its events.
 struct Line {
   explicit Line(const BusConfig& config = {}) : bus(config) {
     for (const Station station : {a, b, c}) bus.connect(station);
@@ -54,7 +54,7 @@ struct Line {
     for (const BusEvent& event : heard()) text += std::to_string(event.frame.id) + " ";
     return text;
   }
-  /// The next `count` frames of this station are hurt.
+  /// Corrupts the next `count` frames of this station.
   void hurt(Station sender, int count, WireFault fault = {}) {
     bus.disturb = [=, left = count](Station who, const CanFrame&, TimePoint) mutable -> std::optional<WireFault> {
       if (who != sender || left == 0) return {};
@@ -68,8 +68,8 @@ struct Line {
   std::vector<BusEvent> events;
 };
 
-/// Up by 8 with each frame lost, down by 1 with each that goes through: a multiple of 8 that is not above, less what is
-/// too much, and the last 8. So 255 is reached without passing 256.
+/// The counter rises by 8 with each lost frame, and falls by 1 with each successful one: first to the largest multiple
+/// of 8 below, less the excess, then by the last 8. So 255 is reached without passing 256.
 void bring_transmit_counter_to(Line& line, Station station, int wanted) {
   line.bus.set_one_shot(station, true);
   const int steps = (wanted + 7) / 8;
@@ -212,7 +212,7 @@ TEST_CASE("the same identifier with other data: errors for both, until one is pa
           "[unit][can_bus]") {
   Line line;
   line.put(a, frame_of(0x101, 0x00));
-  line.put(b, frame_of(0x101, 0xFF));  // recessive where the other is dominant: this one sees the error
+  line.put(b, frame_of(0x101, 0xFF));  // recessive where the other is dominant: this one detects the error
   line.run(20ms);
   CHECK(line.errors().size() == 16);  // 8 each, up to 128
   REQUIRE(line.heard().size() == 2);
@@ -222,7 +222,7 @@ TEST_CASE("the same identifier with other data: errors for both, until one is pa
   CHECK(line.bus.counters(b).transmit == 128 + 8 - 1);
   CHECK(line.bus.state(a) == ErrorState::warning);
   CHECK(line.bus.state(b) == ErrorState::passive);
-  // The listener: 16 errors seen after others, two good frames.
+  // Listener: 16 errors detected after others, two valid frames.
   CHECK(line.bus.counters(c).receive == 16 - 2);
 }
 
@@ -339,7 +339,7 @@ TEST_CASE("a station alone: unacknowledged up to passive, and no further", "[uni
   CHECK(line.heard().empty());
   CHECK(line.bus.counters(a) == ErrorCounters{.transmit = 128, .receive = 0});
   CHECK(line.bus.state(a) == ErrorState::passive);
-  CHECK(line.errors().size() > 3'000);  // it never gives up
+  CHECK(line.errors().size() > 3'000);  // it retries permanently
   line.bus.connect(b);
   line.run(1ms);
   CHECK(line.heard().size() == 1);

@@ -1,4 +1,4 @@
-// The patterns by which test cases are left out that a machine cannot run: tests/support/needs.hpp.
+// Patterns that exclude test cases that a host cannot run: tests/support/needs.hpp.
 #include "tests/support/needs.hpp"
 
 #include "tests/support/catch.hpp"

@@ -100,7 +100,7 @@ Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recordi
                                             const std::filesystem::path& table) {
   const Result<Series, std::string> series = read_series(recording);
   if (!series) return failure(series.error());
-  // Which charge such a line belongs to is not known.
+  // The charge that such a line belongs to is unknown.
   if (series->torn_line != 0) {
     return failure(series->name + ":" + std::to_string(series->torn_line) +
                    ": found a last line without a line end, which may be cut off; expected one if the line is whole");

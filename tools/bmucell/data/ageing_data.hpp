@@ -1,10 +1,10 @@
-// A cell's charges over its life, and what its capacity was found to be at times: a recording of many charges, and a
-// table of the tests between them.
+// The charges of an ageing cell and its measured capacities: a recording of many charges, and a table of the capacity
+// tests between them.
 //
-// The recording is a Series with a column `cycle`, the number of the charge; time_s begins anew in each. The table is
-// CSV; its first line names the columns, others than these are passed over:
+// The recording is a Series with a column `cycle`, the number of the charge; time_s restarts in each. The table is CSV;
+// its first line names the columns, other columns are ignored:
 //   cycle           the number of the test
-//   capacity_Ah     that it found
+//   capacity_Ah     its result
 //   charges_before  the number of the charge that precedes it
 #pragma once
 
@@ -20,35 +20,35 @@ namespace bmu::cell {
 
 struct Charge {
   double number = 0.0;
-  std::vector<CellSample> samples{};  // the first passed since time 0
+  std::vector<CellSample> samples{};  // passed_s of the first is its time since time 0
 };
 
 struct CapacityTest {
   double cycle = 0.0;
   double capacity_As = 0.0;
   double charge_number = 0.0;
-  bool has_own_charge = true;  // false: another test of the same charge came first, and what charged it is not recorded
+  bool has_own_charge = true;  // false: another test of that charge came first, and this test's charge is not recorded
 };
 
 struct AgeingData {
   std::string name;                   // of the recording
   std::vector<Charge> charges{};      // by rising number
-  std::vector<CapacityTest> tests{};  // by the number of the charge; of charges that are there
+  std::vector<CapacityTest> tests{};  // by the number of the charge; only tests with a recorded charge
 
   /// The charge that precedes one of the tests.
   [[nodiscard]] const Charge& charge_before(const CapacityTest& test) const;
 };
 
-/// The rows of each cycle. The error says which column is missing or which number is out of order.
+/// The rows of each cycle. The error names the missing column or the number that is out of order.
 [[nodiscard]] Result<std::vector<Charge>, std::string> charges_of(const Series& series);
 
-/// Both files. Each error is one line: file, line if there is one, what was found and what wanted.
+/// Reads both files. Each error is one line: file, line if there is one, found and expected value.
 [[nodiscard]] Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recording,
                                                           const std::filesystem::path& table);
 
-/// What a vehicle would have seen that was plugged in later: without the samples before the state of charge has come to
-/// `from_soc`, counted back from the end of the charge with the capacity of the test behind it, or before the voltage
-/// has come to `from_voltage_V`. 0: from the start.
+/// The part of a charge that a vehicle sees if it is plugged in later: without the samples before the state of charge
+/// reaches `from_soc`, counted back from the end of the charge with the capacity of the test after it, or before the
+/// voltage reaches `from_voltage_V`. 0: from the start.
 struct PluggedIn {
   double from_soc = 0.0;
   double from_voltage_V = 0.0;

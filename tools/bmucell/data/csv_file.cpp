@@ -14,10 +14,10 @@ namespace bmu::cell {
 
 namespace {
 
-/// Beyond this a file is no recording of a cell: a small packed file can unpack to more than there is memory.
+/// Maximum size of a recording of a cell: a small compressed file can expand to more than the available memory.
 constexpr std::size_t size_max = std::size_t{1} << 30U;
 
-/// Bytes of the file, unpacked if it is packed: zlib passes on what is not.
+/// Bytes of the file, decompressed if it is compressed: zlib passes uncompressed bytes through.
 Result<std::string, std::string> bytes_of(const std::filesystem::path& file) {
   errno = 0;
   const std::unique_ptr<gzFile_s, decltype(&gzclose)> source(gzopen(file.c_str(), "rb"), &gzclose);
@@ -26,7 +26,7 @@ Result<std::string, std::string> bytes_of(const std::filesystem::path& file) {
   std::array<char, 1U << 16U> buffer{};
   while (true) {
     const int got = gzread(source.get(), buffer.data(), static_cast<unsigned>(buffer.size()));
-    // A file that was cut off gives what it has, and reports that only if queried.
+    // A truncated file returns its readable bytes, and the error only if queried.
     int code = Z_OK;
     const char* const message = gzerror(source.get(), &code);
     if (got < 0 || code < 0) return failure(": cannot be read: " + std::string(message));

@@ -1,4 +1,4 @@
-// A CSV file, packed with gzip or not: recordings, and tables of test benches. What is read of it: csv_table.hpp.
+// A CSV file, compressed with gzip or not: recordings, and tables of test benches. Its contents: csv_table.hpp.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,10 @@
 
 namespace bmu::cell {
 
-/// The error is one line: file, line if there is one, column, what was found and what was expected.
+/// The error is one line: file, line if there is one, column, found and expected value.
 [[nodiscard]] Result<CsvTable, std::string> read_csv(const std::filesystem::path& file, const CsvSpec& spec);
 
-/// The same of a table that is whole: a last line that may be cut off is refused.
+/// Reads a table that must be complete: a last line that may be truncated is refused.
 [[nodiscard]] Result<CsvTable, std::string> read_whole_csv(const std::filesystem::path& file, const CsvSpec& spec);
 
 }  // namespace bmu::cell

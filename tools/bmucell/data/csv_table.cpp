@@ -77,7 +77,7 @@ bool is_blank_line(std::string_view line) {
   return line.find_first_not_of(" \t,;\"") == std::string_view::npos;
 }
 
-/// Text from a line on, and the number of that line.
+/// Remaining text, and the number of its first line.
 struct Rest {
   std::string_view text;
   std::size_t line = 1;
@@ -89,7 +89,7 @@ struct Rest {
   }
 };
 
-/// From the first line on that has a text, and is not how a spreadsheet notes its separator.
+/// Skips to the first line with a text that is not a spreadsheet's note of its separator.
 Rest first_line(std::string_view text) {
   Rest rest{text};
   while (!rest.text.empty() && (is_blank_line(line_at(rest.text)) || rest.text.starts_with("sep="))) rest.skip_line();
@@ -101,7 +101,7 @@ bool begins_with_number(std::string_view line) {
   return begin != std::string_view::npos && line[begin] >= '0' && line[begin] <= '9';
 }
 
-/// What to do about a first line without the required names.
+/// The remedy for a first line without the required names.
 std::string remedy_for(Rest rest, const CsvSpec& spec) {
   const bool has_values = begins_with_number(line_at(rest.text));
   const std::size_t head_line = rest.line;
@@ -121,7 +121,7 @@ std::string missing_name(const Rest& rest, const Fields& fields, const CsvSpec& 
          quotable(line_at(rest.text)) + "': " + remedy_for(rest, spec) + "; expected " + spec.head;
 }
 
-/// The name of a column that the first line has twice; nothing: none.
+/// The name of a column that occurs twice in the first line; nothing: none.
 std::optional<std::string> repeated_name(const Fields& fields, const CsvSpec& spec) {
   for (const std::string& name : spec.names) {
     const auto is_name = [&name](const CsvField& field) { return field.text == name; };
@@ -130,7 +130,7 @@ std::optional<std::string> repeated_name(const Fields& fields, const CsvSpec& sp
   return std::nullopt;
 }
 
-/// Where the columns of the spec are.
+/// Positions of the columns of the spec.
 struct Head {
   std::vector<std::size_t> places{};  // by column of the spec; absent
   std::size_t size = 0;               // fields of the first line
@@ -143,12 +143,12 @@ Head head_of(const Fields& fields, const CsvSpec& spec) {
   return head;
 }
 
-/// R writes the names of rows in quotes, the values without, and no name above the former.
+/// R writes row names in quotes and values without, and the column of row names has no name in the first line.
 bool has_row_name(const Fields& fields, const Head& head) {
   return fields.size() == head.size + 1 && fields[0].is_quoted && !fields[1].is_quoted;
 }
 
-/// How many fields a row has before its first value; nothing if it does not have those of the first line.
+/// Number of fields of a row before its first value; nothing if the fields do not match those of the first line.
 std::optional<std::size_t> fields_before(const Fields& fields, const Head& head) {
   if (fields.size() == head.size) return 0;
   if (fields.size() + 1 == head.size && head.has_unnamed_end) return 0;
@@ -159,7 +159,7 @@ std::optional<std::size_t> fields_before(const Fields& fields, const Head& head)
 
 constexpr std::string_view digits = "0123456789";
 
-/// Whether "1,234" cannot be a number of thousands: then the comma is its decimal mark.
+/// True if "1,234" cannot be a number with a thousands separator: then the comma is the decimal mark.
 bool is_decimal_comma(std::string_view text, std::size_t comma) {
   constexpr std::size_t thousands = 3;
   const std::string_view before = text.substr(0, comma);
@@ -169,10 +169,10 @@ bool is_decimal_comma(std::string_view text, std::size_t comma) {
   return behind.size() != thousands || behind.find_first_not_of(digits) != std::string_view::npos;
 }
 
-/// Numbers of one file, which all have the same decimal mark.
+/// Converts the numbers of one file, which all have the same decimal mark.
 class Numbers {
  public:
-  /// Not a number where nothing was measured; nothing where the text is no number.
+  /// Not a number for a value that was not measured; nothing if the text is no number.
   std::optional<double> value_of(std::string_view text, const std::string& column, std::size_t line) {
     if (text.empty() || text == "NA") return std::numeric_limits<double>::quiet_NaN();
     if (text.front() == '+' && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
@@ -201,7 +201,7 @@ class Numbers {
 
  private:
   struct Seen {
-    std::size_t line = 0;  // 0: not yet
+    std::size_t line = 0;  // 0: none
     std::string column{};
     std::string text{};
   };
@@ -216,7 +216,7 @@ class Numbers {
   bool is_certain_ = false;
 };
 
-/// Reads the rows below the first line; each step returns what is wrong, "" for nothing.
+/// Reads the rows below the first line; each function returns an error text, "" for none.
 class Rows {
  public:
   Rows(const CsvSpec& spec, Head head, char separator) : spec_(spec), head_(std::move(head)), separator_(separator) {
@@ -245,8 +245,8 @@ class Rows {
       "found a quote that does not end, or text behind its end; expected \"...\" as a field";
 
  private:
-  /// Of a line without a line end. A number may go on, and so may the fields; only behind its quote a last field is
-  /// whole.
+  /// True for a line without a line end that may be truncated: its last number may continue, and fields may be missing.
+  /// The line is complete only if its last field has its closing quote and no field is missing.
   [[nodiscard]] bool may_be_cut(const Fields& fields) const {
     return !fields.back().is_quoted || !fields_before(fields, head_);
   }

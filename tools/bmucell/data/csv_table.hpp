@@ -1,16 +1,16 @@
-// Numbers from the text of a CSV file, for readers that know which columns they need. The text is read as far as its
-// meaning is certain:
+// Numbers from the text of a CSV file, for readers with a fixed list of columns. Only text with an unambiguous meaning
+// is accepted:
 //
-//   separator     that with which the first line has the required names: comma, semicolon, tab or blanks
-//   first line    a line "sep=;" before it, and lines without any text anywhere, are passed over
+//   separator     the one with which the first line has the required names: comma, semicolon, tab or blanks
+//   first line    a line "sep=;" before it, and lines without any text anywhere, are skipped
 //   row names     as R writes them: a quoted name before the values, and none for it in the first line
 //   numbers       a plus sign is permitted; empty, "nan" and "NA" mean not measured; not "inf"
-//   last line     without a line end it may be cut off, also within its last number, which then is another one: left
-//                 out, unless all its fields are there and the last one is in quotes
+//   last line     without a line end it may be truncated, also within its last number, which then has another value:
+//  omitted, unless all its fields are there and the last one is in quotes
 //   decimal mark  comma, if no number of the file has a point and at least one cannot be a number of thousands
 //
-// The error is the end of a message, behind the name of the file: line, column, what was found, what was expected, and
-// for a first line without the required names how it begins and what to do. Cost: linear in the text.
+// The error is the end of a message, after the name of the file: line, column, found and expected value, and for a
+// first line without the required names its beginning and the remedy. Cost: linear in the text.
 #pragma once
 
 #include <cstddef>
@@ -25,17 +25,17 @@ namespace bmu::cell {
 
 /// The columns to read.
 struct CsvSpec {
-  std::vector<std::string> names{};  // in any order in the file; others are passed over
-  std::size_t required = 0;          // the first so many must be in the file; at least 1
-  std::size_t never_empty = 0;       // the first so many must have a number in every row
+  std::vector<std::string> names{};  // in any order in the file; other columns are ignored
+  std::size_t required = 0;          // number of leading names that must be in the file; at least 1
+  std::size_t never_empty = 0;       // number of leading names that must have a number in every row
   std::string head{};                // the expected first line, for messages
 };
 
 struct CsvTable {
   std::vector<bool> has_column{};    // by column of the spec
   std::vector<double> values{};      // row by row, by column of the spec; not a number where nothing was measured
-  std::vector<std::size_t> lines{};  // in which the rows begin, from 1
-  std::size_t torn_line = 0;         // the last line, left out since it may be cut off; 0: none is
+  std::vector<std::size_t> lines{};  // lines of the file in which the rows start, from 1
+  std::size_t torn_line = 0;         // the last line, omitted since it may be truncated; 0: none
 
   [[nodiscard]] std::size_t row_count() const { return lines.size(); }
   [[nodiscard]] std::span<const double> row(std::size_t at) const {

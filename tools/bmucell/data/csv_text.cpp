@@ -25,7 +25,7 @@ std::string_view without_blanks(std::string_view text) {
   return text;
 }
 
-/// How files of other kinds begin that are given instead of CSV.
+/// First bytes of other file types that users pass instead of CSV.
 struct OtherKind {
   std::string_view begin;
   const char* name;
@@ -46,7 +46,7 @@ struct Begin {
   std::size_t mark_size = 0;
 };
 
-/// Without a mark, two characters of ASCII show which of their bytes are zero.
+/// Without a byte-order mark, the zero bytes of the first two ASCII characters determine the encoding.
 Begin begin_of(std::string_view bytes) {
   if (bytes.starts_with("\xef\xbb\xbf"sv)) return {.mark_size = 3};
   if (bytes.starts_with("\xff\xfe"sv)) return {Encoding::utf16_little, 2};
@@ -107,7 +107,7 @@ void CsvRecords::skip_line_end() {
   ++next_line_;
 }
 
-/// Behind the first quote; false if the quote is broken.
+/// Skips the first quote and reads up to the closing one; false if the quote is broken.
 bool CsvRecords::read_quoted(CsvField& field) {
   rest_.remove_prefix(1);
   std::size_t end = 0;

@@ -1,4 +1,4 @@
-// The middle one of some numbers.
+// Median of a list of numbers.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace bmu::cell {
 
-/// Of an even number of them the upper middle one; none of none. No NaN. Cost: linear.
+/// The upper middle value if their count is even; none for an empty list. Precondition: no NaN. Cost: linear.
 [[nodiscard]] std::optional<double> median(std::vector<double> values);
 
 }  // namespace bmu::cell

@@ -17,15 +17,15 @@ namespace {
 
 constexpr double voltage_min_V = 0.5;
 constexpr double voltage_max_V = 6.0;
-/// No cell is tested beyond these, whatever a cell file permits.
+/// No cell is tested outside this range, whatever a cell file permits.
 constexpr double temperature_min_C = -60.0;
 constexpr double temperature_max_C = 150.0;
-/// Chambers and self-heating go beyond what a cell file permits by so much.
+/// Chambers and self-heating exceed the range that a cell file permits by up to this much.
 constexpr double temperature_tolerance_C = 5.0;
-/// Time that goes back by less is the rounding of a logger.
+/// A smaller backward step of the time is the rounding of a logger.
 constexpr double time_back_max_s = 1.0;
 
-/// As many digits as a measurement has.
+/// Formats with the number of digits that a measurement has.
 std::string number_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.4g", value);
@@ -38,7 +38,7 @@ std::string percent_text(double share) {
   return text.data();
 }
 
-/// Minimum and maximum of what was measured.
+/// Minimum and maximum of the measured values.
 struct Range {
   double min = std::nan("");
   double max = std::nan("");
@@ -122,7 +122,8 @@ std::string temperature_problem(const Series& series, double min_C, double max_C
          number_text(min_C) + " to " + number_text(max_C) + cause_of_temperature(*typical_C, min_C, max_C);
 }
 
-/// How often the voltage falls when more flows out of the cell, of all steps of the current that are no noise.
+/// Number of current steps above the noise, and of those at which the voltage falls with an increasing discharge
+/// current or rises with a decreasing one.
 struct Steps {
   double count = 0.0;
   double falling = 0.0;
@@ -143,7 +144,7 @@ Steps steps_of(const Series& series, double capacity_Ah) {
   return steps;
 }
 
-/// Correlation of voltage and charge that left: -1 to 1. 0 where either hardly changes.
+/// Correlation of voltage and discharged charge: -1 to 1. 0 if either hardly changes.
 double trend_of(const Series& series, const std::vector<double>& out) {
   constexpr double charge_range_min = 0.1;
   constexpr double voltage_range_min_V = 0.010;
@@ -175,14 +176,15 @@ double trend_of(const Series& series, const std::vector<double>& out) {
   return both / std::sqrt(charge_squares * voltage_squares);
 }
 
-/// How far ref_soc_pct rises above its lowest before, and falls below its highest before, as shares.
+/// The largest rise of ref_soc_pct above its previous minimum, and the largest fall below its previous maximum, as
+/// shares.
 struct Moves {
   double up = 0.0;
   double down = 0.0;
 };
 
 Moves moves_of(const Series& series) {
-  constexpr double jump_min = 0.02;  // another test in the same file
+  constexpr double jump_min = 0.02;  // a larger jump: another test in the same file
   double level = 0.0;
   Range reached{.min = 0.0, .max = 0.0};
   Moves moves;
@@ -199,7 +201,7 @@ Moves moves_of(const Series& series) {
 
 constexpr const char* sign_missing = "; the current without its sign?";
 
-/// Two figures of a recording that should be the same: what their ratio hints at.
+/// Probable cause of the ratio between two figures of a recording that should be equal.
 struct Cause {
   double counted_by_reference = 1.0;
   const char* text = "";
@@ -224,7 +226,7 @@ const char* cause_of(double ratio) {
   return "; another capacity?";
 }
 
-/// The rows with the highest and the lowest reference, and what was counted between them.
+/// The rows with the highest and the lowest reference, and the charge counted between them.
 struct ReferenceSpan {
   double highest = -1e9;
   double lowest = 1e9;
@@ -246,7 +248,7 @@ struct ReferenceSpan {
   [[nodiscard]] double counted() const { return out_at_lowest - out_at_highest; }
 };
 
-/// What flowed out by the current, and over gaps by the reference: what flowed there is not recorded.
+/// Discharged charge by the current, and over gaps by the reference: the current during a gap is not recorded.
 std::vector<double> charge_out_besides_gaps(const Series& series, double capacity_Ah) {
   std::vector<double> out = charge_out(series, capacity_Ah);
   const double gap_s = gap_of(series);
@@ -265,7 +267,7 @@ std::vector<double> charge_out_besides_gaps(const Series& series, double capacit
 
 std::string reference_problem(const Series& series, const std::vector<double>& out, double capacity_Ah) {
   constexpr double apart_share = 0.3;
-  constexpr double apart_min = 0.03;  // a reference in whole percent
+  constexpr double apart_min = 0.03;  // covers a reference in whole percent
   constexpr double still_min = 0.1;
   constexpr double beyond_max = 0.15;
   ReferenceSpan span;

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double soc_apart_max = 0.0005;
 constexpr double current_apart_share = 0.03;
-/// Less than this of a table's smallest pulse is no current.
+/// Currents below this share of the smallest pulse of a table count as none.
 constexpr double rest_share = 0.02;
 
-/// A stretch of current between rows without, and the one row before it.
+/// Consecutive rows with current, after a row without.
 struct Stretch {
   std::size_t first = 0;
   std::size_t end = 0;
-  double most_A = 0.0;  // of the largest value, with its sign
+  double most_A = 0.0;  // current with the largest magnitude, with its sign
 };
 
 std::vector<Stretch> stretches_of(const Series& series, double rest_A) {

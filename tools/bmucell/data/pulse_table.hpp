@@ -1,10 +1,10 @@
-// Resistances from pulses, as test benches tell them, and where in the recorded series each of the pulses is.
+// Resistances from pulses, as measured by test benches, and the position of each pulse in the recorded series.
 //
-// A table is CSV, packed with gzip or not; the first line names the columns, others than these are passed over:
-//   ref_soc_pct  needed; state of charge before the pulse
-//   pulse_A      needed; its current, positive out of the cell
-//   a resistance needed, in mOhm: which column is for the user to say
-//   temp_C       of the cell before the pulse; without it, what the series says there
+// A table is CSV, compressed with gzip or not; the first line names the columns, other columns are ignored:
+//   ref_soc_pct  required; state of charge before the pulse
+//   pulse_A      required; its current, positive out of the cell
+//   a resistance required, in mOhm: the user names the column
+//   temp_C       of the cell before the pulse; without this column, the temperature of the series
 #pragma once
 
 #include <cstddef>
@@ -25,26 +25,26 @@ struct PulseRow {
 };
 
 struct PulseTable {
-  std::string name;    // as it was given
-  std::string column;  // that the resistances are from
+  std::string name;    // as given by the user
+  std::string column;  // source of the resistances
   std::vector<PulseRow> rows;
 };
 
-/// The error is one line: file, line, column, what was found and what wanted.
+/// The error is one line: file, line, column, found and expected value.
 [[nodiscard]] Result<PulseTable, std::string> read_pulse_table(const std::filesystem::path& file,
                                                                const std::string& column);
 
-/// A row of the table in the rows of the series: it begins with `first`, and before `end` the current is back at rest.
+/// A pulse of the table, located in the rows of the series: from `first` on, and at `end` the current is back at rest.
 struct FoundPulse {
   PulseRow told;  // with the series' temperature if the table has none
   std::size_t first = 0;
   std::size_t end = 0;
 };
 
-/// In the order of the table; pulses that the table does not have are passed over. A pulse is a stretch of current
-/// between rows without; it is the table's if its largest current is the table's to 3 % and it began within 0.05 % of
-/// the table's state of charge. Each row of the table must have one, behind that of the row before; the error says
-/// which has none.
+/// In the order of the table; pulses that the table does not have are skipped. A pulse is a stretch of current between
+/// rows without; it matches a row of the table if its largest current differs from the row's by at most 3 % and its
+/// state of charge before the pulse by at most 0.05 %. Each row of the table must have a pulse after that of the row
+/// before; the error names the row without one.
 [[nodiscard]] Result<std::vector<FoundPulse>, std::string> find_pulses(const PulseTable& table, const Series& series);
 
 }  // namespace bmu::cell

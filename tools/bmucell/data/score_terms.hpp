@@ -1,4 +1,4 @@
-// What all scores of bmucell are given in.
+// Units and bands of all scores of bmucell.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,14 @@
 
 namespace bmu::cell {
 
-/// A share times this is in percent.
+/// Factor from a share to percent.
 inline constexpr double percent = 100.0;
 
-/// The band around an estimate in charts, and that in which a score counts it as inside its uncertainty, is this many
-/// of the estimate's standard deviations to either side: 95 % of a normal distribution.
+/// Half width, in standard deviations of the estimate, of the band around an estimate in charts, and of the band in
+/// which a score counts it as inside its uncertainty: 95 % of a normal distribution.
 inline constexpr double band_sigmas = 2.0;
 
-/// A figure for JSON; null for one that the measurement is too short for.
+/// A figure for JSON; null if the measurement is too short for it.
 [[nodiscard]] nlohmann::ordered_json number_or_null(const std::optional<double>& value);
 
 }  // namespace bmu::cell

@@ -11,7 +11,7 @@ namespace {
 
 enum Column : std::size_t { time, current, voltage, temperature, soc, cycle };
 
-/// Without its time a row has no place among the others.
+/// A row without its time has no position in the series.
 const CsvSpec& spec() {
   static const CsvSpec columns{
       .names = {"time_s", "current_A", "voltage_V", "temp_C", "ref_soc_pct", "cycle"},

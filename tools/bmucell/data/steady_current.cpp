@@ -18,17 +18,17 @@ using Rows = std::span<const SeriesRow>;
 constexpr double current_min_C = 0.02;
 constexpr double steady_share = 0.05;
 constexpr double noise_C = 0.002;
-/// What of the polarisation is fast is over: five times 60 s.
+/// The fast polarisation has decayed after this time: five times 60 s.
 constexpr double fast_s = 300.0;
 constexpr double span_min_s = 600.0;
 constexpr double settled_s = 1800.0;
 constexpr double move_min_V = 0.010;
-/// Of a polarisation of 600 s a span of 600 s leaves 37 %.
+/// A span of 600 s leaves 37 % of a polarisation with a time constant of 600 s.
 constexpr double kept_share = 0.5;
 constexpr double cold_C = 10.0;
 constexpr double warmed_C = 2.0;
 
-/// A move of the voltage that the current cannot have made.
+/// A change of the voltage that the current cannot have caused.
 struct Move {
   const SeriesRow* first = nullptr;
   double from_s = 0.0;
@@ -36,7 +36,7 @@ struct Move {
   double by_V = 0.0;
 };
 
-/// Of the voltages that were measured from `from_s` to `to_s`; not a number without any.
+/// Mean of the voltages measured from `from_s` to `to_s`; not a number without any.
 double mean_V(Rows rows, double from_s, double to_s) {
   const auto begin = std::lower_bound(rows.begin(), rows.end(), from_s,
                                       [](const SeriesRow& row, double at) { return row.time_s < at; });
@@ -50,7 +50,7 @@ double mean_V(Rows rows, double from_s, double to_s) {
   return sum_V / count;
 }
 
-/// Against the current, in the second of two spans that begin at `from_s`.
+/// A voltage change against the current, in the second of two spans that start at `from_s`.
 std::optional<Move> move_in(Rows stretch, double from_s, double span_s) {
   const double averaged_s = span_s / 5.0;
   const double to_s = from_s + 2.0 * span_s;

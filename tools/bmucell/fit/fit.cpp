@@ -16,9 +16,9 @@ namespace {
 
 constexpr int pin_turns_max = 12;
 constexpr double pin_sigma = 1e-5;
-/// Neighbouring points of a curve: at least so far apart, or the charge could not be told from the voltage at all.
+/// Minimum rise between neighbouring points of a curve; without it the voltage would not determine the charge.
 constexpr double curve_rise_min_V = 0.0002;
-/// As a cell file wants it: a cell without any resistance there is none.
+/// Minimum of the cell file: no cell has zero resistance.
 constexpr double series_min_Ohm = 1e-5;
 
 CellDynamics frame_of(const FitPlan& plan) {
@@ -35,7 +35,7 @@ CellDynamics frame_of(const FitPlan& plan) {
   return frame;
 }
 
-/// Drops everything below nothing, and every fall of a curve; true if there was any that is not pinned yet.
+/// Pins every negative value to 0 and every fall of a curve to the minimum rise; true if any was not pinned yet.
 bool pin_what_cannot_be(NormalEquations& equations, std::vector<bool>& pinned, const Eigen::VectorXd& x,
                         std::size_t rows) {
   bool has_new = false;

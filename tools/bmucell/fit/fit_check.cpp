@@ -12,7 +12,8 @@ namespace bmu::cell {
 namespace {
 
 constexpr double slow_curve_factor = 3.0;
-/// Nearer to an end than this, as a share of the capacity, a recording reached it.
+/// Distance from an end of the charge, as a share of the capacity, within which a recording counts as having reached
+/// it.
 constexpr double end_reached = 0.1;
 
 struct ChargeReach {
@@ -55,7 +56,7 @@ std::string misses_too_much(const FitQuality& quality, double rmse_max_V) {
                             quality.rmse_V * mV_per_V, bound_V * mV_per_V);
 }
 
-/// The voltages of any cell.
+/// Voltage range of any cell.
 constexpr double ocv_min_V = 0.5;
 constexpr double ocv_max_V = 6.0;
 

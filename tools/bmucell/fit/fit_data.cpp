@@ -12,7 +12,7 @@ namespace bmu::cell {
 
 namespace {
 
-/// Series nearer to each other share a row.
+/// Series within this distance share a row of temperature.
 constexpr double alike_C = 6.0;
 constexpr std::size_t rows_min = 10;
 constexpr double full_soc = 1.0;
@@ -27,7 +27,8 @@ bool has_temperature(const Series& series) {
                      [](const SeriesRow& row) { return std::isfinite(row.temperature_C); });
 }
 
-/// What no test of a cell can be; "": nothing. In this order, since each check needs what those before it found right.
+/// The error of a series that cannot be a test of a cell; "": none. The order matters: each check relies on those
+/// before it.
 std::string problem_of(const Series& series, const FitSource& source) {
   if (!series.has_temperature) return ": no column 'temp_C'; a fit is nothing without temperatures";
   if (series.rows.size() < rows_min) {
@@ -49,7 +50,7 @@ Result<FitSeries, std::string> read_one(const std::string& file, bool is_slow_cu
   if (!series) return failure(series.error());
   const std::string problem = problem_of(*series, source);
   if (!problem.empty()) {
-    // What is refused may come of what was left out.
+    // The omitted line may be the cause of the refusal.
     const std::string remark = torn_line_text(*series);
     return failure(file + problem + (remark.empty() ? "" : "; " + remark));
   }

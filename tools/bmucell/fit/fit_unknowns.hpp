@@ -1,5 +1,5 @@
-// Where each number of the tables stands among the unknowns of a fit: row of temperature by row, in it the open-circuit
-// curve first, then the tables over charge.
+// Index of each number of the tables among the unknowns of a fit: one row of temperature after the other, in it the
+// open-circuit curve first, then the tables over charge.
 #pragma once
 
 #include <cstddef>

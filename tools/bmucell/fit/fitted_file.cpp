@@ -11,7 +11,7 @@ namespace {
 constexpr double room_C = 25.0;
 constexpr double half_full = 0.5;
 constexpr double uV_per_V = 1e6;
-/// Denser where curves bend.
+/// Denser where the curve bends.
 constexpr std::array soc_permille{0,   20,  40,  60,  80,  100, 150, 200, 250, 300, 350, 400, 450, 500,
                                   550, 600, 650, 700, 750, 800, 850, 900, 920, 940, 960, 980, 1000};
 
@@ -20,7 +20,7 @@ void set_curve(CellModel& model, const CellDynamics& cell) {
   std::int32_t before_uV = 0;
   for (const int permille : soc_permille) {
     const double ocv_V = at(cell, permille / 1000.0, room_C).ocv_V;
-    // Strictly rising, as the file wants it, also where the tables rise by less than a microvolt.
+    // Strictly rising, as the cell file requires, also where the tables rise by less than a microvolt.
     const auto ocv_uV = std::max(static_cast<std::int32_t>(std::lround(ocv_V * uV_per_V)), before_uV + 1);
     model.ocv.push_back({permille, ocv_uV});
     before_uV = ocv_uV;
@@ -35,7 +35,7 @@ CellFile with_fit(CellFile file, const Fit& fit) {
   CellModel& model = file.model;
   model.capacity_uAs = std::llround(cell.capacity_As * uV_per_V);
   set_curve(model, cell);
-  // The two slower pairs are one with the time constant of both by their weight.
+  // RC elements 1 and 2 are merged into one, with their mean time constant weighted by resistance.
   model.series_resistance_Ohm = room.series_Ohm + room.kinetic_Ohm;
   model.rc_resistance_Ohm = room.pair_Ohm[0] + room.pair_Ohm[1];
   model.rc_time_constant_s =

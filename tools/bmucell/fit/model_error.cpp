@@ -11,13 +11,13 @@ namespace {
 constexpr std::size_t block_rows = 300;
 constexpr std::size_t lag_rows = 10;
 constexpr double blocks_min = 5.0;
-/// One row that is off by more, as near empty, is not what the model is like.
+/// Bound of the error of a single row: larger ones, e.g. near empty, are not representative of the model.
 constexpr double most_V = 0.050;
 constexpr double slow_time_s = 1500.0;
-/// No model is better than the modules measure; a cell file takes nothing below.
+/// Minimum of a cell file: no model is better than the measurement of the modules.
 constexpr double slow_error_least_V = 1e-4;
-/// Of the error that a fit leaves in its own data. What the filter is best with, over cells and temperatures, on data
-/// that the fit had not seen: docs/accuracy.md.
+/// Share of the fit's error in its own data. The filter performs best with this share, over cells and temperatures, on
+/// data that were not part of the fit: docs/accuracy.md.
 constexpr double slow_share = 0.7;
 
 double bounded_square(double value) {

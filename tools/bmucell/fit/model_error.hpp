@@ -1,5 +1,5 @@
-// What a fit left over, by row of temperature: how far the model is off for minutes, and how far for seconds. The
-// filter lives by the difference: what passes within seconds averages out, what lasts does not.
+// Remaining model error of a fit, by row of temperature: the slow part, over minutes, and the fast part, over seconds.
+// The filter needs the distinction: an error of seconds averages out, a lasting one does not.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,9 @@ class ModelError {
  public:
   explicit ModelError(const CellDynamics& cell) : cell_(cell), sums_(cell.rows.size()) {}
 
-  /// What the model was off by in each row of one series, about a second apart, and the temperatures.
+  /// Adds the model errors of the rows of one series, about a second apart, and their temperatures.
   void add(const std::vector<double>& off_V, const std::vector<double>& temperatures_C);
-  /// Writes the errors into the rows; one without enough data gets those of its warmer neighbour, or else its colder.
+  /// Writes the errors into the rows; a row without enough data gets those of its warmer neighbour, or else its colder.
   void write_to(CellDynamics& cell) const;
 
  private:

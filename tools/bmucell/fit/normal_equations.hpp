@@ -1,5 +1,5 @@
 // Linear least squares, one equation after the other: only the sums are kept (A'A and A'b), so a million equations of a
-// few terms each take as much room as ten.
+// few terms each take as much memory as ten.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +19,17 @@ class NormalEquations {
  public:
   explicit NormalEquations(std::size_t unknowns);
 
-  /// The sum of the terms shall be `wanted`, missed by `sigma` (above 0) as a rule. Cost: the square of the terms.
+  /// Adds the equation: sum of the terms = `wanted`, with the standard deviation `sigma` (above 0). Cost: the square of
+  /// the terms.
   void add(const std::vector<Term>& terms, double wanted, double sigma);
-  /// The unknowns that miss all equations the least, in squares of their sigmas. Unknowns of no equation are 0.
+  /// The unknowns with the smallest residual over all equations, in squares of their sigmas. Unknowns of no equation
+  /// are 0.
   [[nodiscard]] Eigen::VectorXd solve() const;
-  /// By how much they then are missed: the sum of those squares.
+  /// The residual of a solution: the sum of those squares.
   [[nodiscard]] double misfit(const Eigen::VectorXd& solution) const;
 
  private:
-  Eigen::MatrixXd squares_;  // the lower half
+  Eigen::MatrixXd squares_;  // the lower triangle
   Eigen::VectorXd products_;
   double wanted_squares_ = 0.0;
 };

@@ -8,23 +8,23 @@ namespace bmu::cell {
 
 namespace {
 
-// Tried are these, and which is the most that counters are off by.
+// Search ranges, which are the largest counter errors, and their increments.
 constexpr double at_full_max = 0.06;
 constexpr double at_full_step = 0.005;
 constexpr double at_empty_max = 0.12;
 constexpr double at_empty_step = 0.01;
-/// One standard deviation of both, and of the voltages: decides where the shape leaves it open.
+/// Standard deviations of both shifts and of the voltages: they decide if the shape does not.
 constexpr double at_full_sigma = 0.03;
 constexpr double at_empty_sigma = 0.06;
 constexpr double shape_sigma_V = 0.001;
-// Where curves are known best, and bend least.
+// Range in which curves are known best and bend least.
 constexpr double soc_min = 0.12;
 constexpr double soc_max = 0.97;
 constexpr std::size_t rows_min = 30;
 
 struct Point {
   double soc = 0.0;
-  double open_V = 0.0;  // without what the current takes
+  double open_V = 0.0;  // without the voltage drop of the current
   double temperature_C = 0.0;
 };
 
@@ -44,7 +44,7 @@ std::vector<Point> points_of(const CellDynamics& cell, const Series& slow, std::
   return points;
 }
 
-/// The mean square of what is left when the mean is gone, and what the shift itself costs.
+/// Mean square of the deviation after removal of its mean, plus the penalty for the shift.
 double misfit(const CellDynamics& cell, const std::vector<Point>& points, const ChargeAxis& axis) {
   double sum = 0.0;
   double squares = 0.0;

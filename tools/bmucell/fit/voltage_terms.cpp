@@ -9,7 +9,7 @@ namespace bmu::cell {
 
 namespace {
 
-/// Currents smaller than this in a filter are none: a thousandth of a millivolt.
+/// Smaller voltages of an RC filter (V, at a resistance of 1) are omitted from the terms: a thousandth of a millivolt.
 constexpr double held_min = 1e-6;
 
 struct Weight {
@@ -45,7 +45,7 @@ struct VoltageTerms::Place {
   Weights rows{};
   Weights curve{};
   Weights table{};
-  std::array<double, 2> unit_Ohm{};  // of a resistance of 1, here
+  std::array<double, 2> unit_Ohm{};  // of a resistance of 1, at this position
   double exchange_current_A = 1.0;
 };
 

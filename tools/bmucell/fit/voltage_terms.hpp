@@ -1,8 +1,8 @@
 // The terminal voltage of each row of a series as a sum of unknowns: the linear equations that a fit is made of.
 //
-// A pair's voltage is a filtered current times a resistance, and where that resistance is a table it is the sum of the
-// currents that flowed at each of its entries, filtered, times the entry. So for each entry the filtered current is
-// kept.
+// The voltage of an RC element is a filtered current times a resistance; if that resistance is a table, it is the sum
+// over the entries of the filtered current that flowed at each, times the entry. So the filtered current is kept for
+// each entry.
 #pragma once
 
 #include <array>
@@ -15,31 +15,31 @@
 
 namespace bmu::cell {
 
-/// Row `row` of a series was taken at this charge; slow curves are laid out anew, others as they say.
+/// Correction of the charge axis of a series: slow curves are shifted and stretched, others stay unchanged.
 struct ChargeAxis {
   double at_full = 0.0;   // added to the charge of a full cell
-  double at_empty = 0.0;  // and of an empty one, in between by a straight line
+  double at_empty = 0.0;  // added to that of an empty one; linear in between
 
   [[nodiscard]] double of(double soc) const { return soc + at_empty + (at_full - at_empty) * soc; }
 };
-/// Of the halves of a slow curve: discharge, then charge.
+/// For the halves of a slow curve: discharge, then charge.
 using ChargeAxes = std::array<ChargeAxis, 2>;
 
-/// Which half of a slow curve the rows of a series belong to: 1 from the first charging current on.
+/// The half of a slow curve that each row of a series belongs to: 1 from the first charging current on.
 [[nodiscard]] std::vector<std::size_t> halves_of(const Series& series, double capacity_Ah);
 
 class VoltageTerms {
  public:
-  /// The frame: rows by temperature, time constants, exchange currents; its tables are not looked at. `typical_Ohm` at
-  /// 25 C is what resistances are counted in.
+  /// `frame`: rows by temperature, time constants, exchange currents; its tables are not read. `typical_Ohm`: unit of
+  /// the resistances at 25 C.
   VoltageTerms(const CellDynamics& frame, double typical_Ohm);
 
-  /// What resistances of a row of temperature are counted in.
+  /// Unit of the resistances of a row of temperature.
   [[nodiscard]] double unit_Ohm(std::size_t row) const { return units_Ohm_[row]; }
 
   using Use = std::function<void(const SeriesRow& row, double passed_s, const std::vector<Term>& voltage)>;
-  /// Calls for each row in turn. The series begins at rest, charged last. Rows with anything not measured are passed
-  /// over, time that does not rise counts as none.
+  /// Calls `use` for each row in turn. The series starts at rest, charged last. Rows with a missing value are skipped;
+  /// a time that does not rise counts as no elapsed time.
   void walk(const Series& series, const std::vector<double>& charge, const Use& use) const;
 
  private:

@@ -10,7 +10,7 @@
 namespace bmu::dump {
 namespace {
 
-/// Bounds of ours, far around what batteries of up to a thousand volts have with all that belongs to them.
+/// Ranges chosen for bmudump, far above those of batteries of up to a thousand volts and their devices.
 struct UnitBounds {
   Unit unit;
   std::int64_t min;
@@ -34,7 +34,7 @@ bool is_plausible(const SignalSpec& signal, const SignalValue& value) {
   return bounds == nullptr || !value.is_valid() || (value.value >= bounds->min && value.value <= bounds->max);
 }
 
-/// Whether its names are all the numbers it may have.
+/// True if its names cover all values that it may have.
 bool is_list(const SignalSpec& signal) {
   constexpr std::size_t names_min = 2;
   constexpr std::uint8_t bits_max = 8;
@@ -46,12 +46,12 @@ bool is_named(const SignalSpec& signal, std::int64_t raw) {
   return std::any_of(signal.names.begin(), signal.names.end(), [raw](const RawName& one) { return one.raw == raw; });
 }
 
-/// A mark of a maker has a range.
+/// A mark of a maker, in contrast, has a range.
 bool is_name(const SignalSpec& signal) {
   return signal.unit == Unit::text && signal.documented.max == 0;
 }
 
-/// Bytes of others begin with a printable one or two now and then.
+/// Bytes of other devices occasionally start with one or two printable ones.
 bool is_readable(const SignalSpec& signal, std::int64_t raw) {
   constexpr std::size_t letters_min = 3;
   if (!is_name(signal)) return true;
@@ -59,7 +59,7 @@ bool is_readable(const SignalSpec& signal, std::int64_t raw) {
   return is_text(letters.view()) && printable_count(letters.view()) >= std::min(letters_min, letters.count);
 }
 
-/// Of all that the bits of this field can say, what fits: 0 to 1.
+/// Share of all values of this field's bits that fit: 0 to 1.
 double share_that_fits(const SignalSpec& signal) {
   if (is_name(signal)) return 0.0;
   const double all = std::ldexp(1.0, signal.bit_count);
@@ -77,7 +77,7 @@ double share_that_fits(const SignalSpec& signal) {
   return std::max(0.0, max - min + 1.0) / all;
 }
 
-/// What senders put where they have nothing to say, under any identifier: all bits clear, or all set.
+/// Filler bytes that senders use under any identifier if they have no data: all bits clear, or all set.
 bool is_filling(const CanFrame& frame) {
   const std::uint8_t first = frame.data[0];
   const bool is_same = std::all_of(frame.data.begin(), frame.data.begin() + frame.length,

@@ -1,4 +1,4 @@
-// Whether a frame may be the message of a row, where nothing but its identifier indicates that: identifiers of devices
+// Whether a frame may be the message of a row, if only its identifier indicates that: identifiers of devices
 // and of the traction pack have other meanings in cars.
 #pragma once
 
@@ -11,14 +11,14 @@ namespace bmu::dump {
 
 enum class Fit : std::uint8_t {
   no,        // it cannot be this message
-  unproven,  // nothing contradicts, but the row has next to nothing that another device's bytes could contradict
-  proven,    // its checksum is right, or at most half of the contents that such a frame can have would fit
+  unproven,  // nothing contradicts, but the row has almost no content that the bytes of another device could contradict
+  proven,    // its checksum is right, or at most half of the possible contents of such a frame would fit
 };
 
 /// A frame fits if its length, checksum and counter are those of the row; each number is one that its field may hold;
-/// and, unless a checksum of its own has shown already which device it is of, none is beyond what a battery, a charger
-/// or a car has, a field with two or more named numbers has one of them, and a name is text. Codes for "not known"
-/// prove nothing, nor do bytes that are all 00h or all FFh, whatever the row. Cost: a decoding of all fields.
+/// and, unless a checksum of its own has already identified its device, none is outside the range of a battery, a
+/// charger or a car, a field with two or more named numbers has one of them, and a name is text. Codes for "not known"
+/// prove nothing, nor do bytes that are all 00h or all FFh, in any row. Cost: a decoding of all fields.
 [[nodiscard]] Fit fit_of(const MessageSpec& message, const CanFrame& frame);
 
 }  // namespace bmu::dump

@@ -9,7 +9,7 @@
 namespace bmu::dump {
 namespace {
 
-/// What is wrong with it says nothing against the row it has.
+/// True if a rejection does not contradict the row of the frame.
 bool is_judged_by_its_row(const CheckedFrame& verdict) {
   if (verdict.is_accepted) return true;
   switch (verdict.reason) {
@@ -20,7 +20,7 @@ bool is_judged_by_its_row(const CheckedFrame& verdict) {
   }
 }
 
-/// Identifiers of devices have other meanings in cars: length, checksum and ranges have to fit, too.
+/// Identifiers of devices have other meanings in cars: length, checksum and ranges must fit too.
 Fit fit_of_device(const Device& device, const CanFrame& frame) {
   const MessageSpec* const message = device.catalogue->find(frame).message;
   return message == nullptr ? Fit::no : fit_of(*message, frame);

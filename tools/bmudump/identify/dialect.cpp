@@ -33,7 +33,7 @@ bool DialectWatch::note_own(const CanFrame& frame) {
   return frame.id == base_id_ + status_offset && note_status(frame);
 }
 
-/// Another name later is another pack, and counts.
+/// A different name later is from another pack, and is evaluated too.
 bool DialectWatch::note_name(const CanFrame& frame) {
   if (!is_pack_name(frame)) return false;
   const std::string name(frame.data.begin(), frame.data.end());

@@ -1,9 +1,9 @@
-// The dialects of the traction-pack messages 620h to 628h, and how to tell from a bus which one is spoken there.
+// The dialects of the traction-pack messages 620h to 628h, and the detection of the dialect of a bus.
 //
-// All dialects have the same identifiers; what differs is 622h, a byte each of 626h and 627h and what 625h counts. Who
-// sends says who he is in 620h; where that is no name a dialect is known by, a 622h of seven bytes can only be
-// `elithion`, if it is a pack's at all: cars have these identifiers, too, and neither bytes that are no text nor a
-// length show that there is a pack.
+// All dialects have the same identifiers; they differ in 622h, a byte each of 626h and 627h and the counting in 625h.
+// The sender identifies itself in 620h; if that is not the name of a known dialect, a 622h of seven bytes can only be
+// `elithion`, if it is from a pack at all: cars use these identifiers too, and neither bytes that are no text nor a
+// length prove that there is a pack.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +20,9 @@ namespace bmu::dump {
 
 struct Dialect {
   std::string_view name;
-  std::string_view pack_name;                  // what 620h says; empty: nobody is known to speak it
+  std::string_view pack_name;                  // content of 620h; empty: no sender of it is known
   std::uint8_t status_length = 6;              // of 622h
-  std::span<const MessageSpec* const> rows{};  // empty: it is recognised, and not read
+  std::span<const MessageSpec* const> rows{};  // empty: detected, but not decoded
 };
 
 inline constexpr Dialect dialect_table[] = {
@@ -34,25 +34,25 @@ inline constexpr Dialect dialect_table[] = {
 /// The row of that name; null if there is none.
 [[nodiscard]] const Dialect* find_dialect(std::span<const Dialect> rows, std::string_view name);
 
-/// Whether these eight bytes can be the name of a pack: printable, as a second pack's is where the daemon takes it.
+/// True if these eight bytes can be the name of a pack: printable, which the daemon also requires of a second pack.
 [[nodiscard]] bool is_pack_name(const CanFrame& frame);
 
-/// Listens to one bus.
+/// Detects the dialect of one bus.
 class DialectWatch {
  public:
-  /// An identifier that no frame has: nothing tells there.
+  /// An identifier that no frame has: disables the detection.
   static constexpr std::uint32_t nowhere = 0xFFFF'0000;
 
   DialectWatch(std::span<const Dialect> rows, std::uint32_t base_id) : rows_(rows), base_id_(base_id) {}
 
-  /// True if this frame has told something new. Cheap: most frames are none of these.
+  /// True if this frame has given new information. Cheap: most frames have other identifiers.
   bool note(const CanFrame& frame) { return frame.id - base_id_ <= status_offset && note_own(frame); }
 
-  /// Null while nothing has told.
+  /// Null until a dialect is detected.
   [[nodiscard]] const Dialect* spoken() const { return spoken_; }
-  /// How one knows: '620h says "Elithion"'. Empty while nothing has told.
+  /// The evidence: the pack name in 620h, or the length of 622h. Empty until there is any.
   [[nodiscard]] const std::string& sign() const { return sign_; }
-  /// Whether nothing but the length of this frame's identifier has told.
+  /// True if only the length of this frame's identifier has shown the dialect.
   [[nodiscard]] bool is_told_by_length_of(const CanFrame& frame) const {
     return is_told_by_length_ && frame.id == base_id_ + status_offset;
   }

@@ -8,7 +8,7 @@
 namespace bmu::dump {
 namespace {
 
-/// Where the internal bus is not.
+/// Replaces the internal bus if it is not selected.
 constexpr Catalogue no_messages{"none", {}};
 
 const Catalogue* internal_catalogue(const DumpCatalogue::Choice& choice) {
@@ -57,7 +57,7 @@ DumpCatalogue::DumpCatalogue(const Choice& choice, const Dialect& dialect)
   all_ = std::make_unique<Catalogue>(choice.name, all_messages_);
 }
 
-/// A row that is there already is the same message, whoever brings it.
+/// A row that is already present is the same message, in any part.
 void DumpCatalogue::add(std::span<const MessageSpec* const> rows, std::string name, const Device* device) {
   const std::size_t part = parts_.size();
   parts_.push_back({.begin = all_messages_.size(), .name = std::move(name), .device = device});
@@ -90,7 +90,7 @@ std::optional<DumpCatalogue::Clash> DumpCatalogue::clash() const {
                    .other = parts_[part_of(before)].name};
     }
   }
-  return Clash{};  // beyond 7FF
+  return Clash{};  // an identifier above 7FFh
 }
 
 }  // namespace bmu::dump

@@ -1,7 +1,7 @@
-// Every message bmudump knows on a bus: internal and vehicle bus together, as their identifiers do not collide and one
-// interface may carry both, with the devices that were asked for; or, on a bus of their own, devices alone. Of the
-// vehicle bus there is one catalogue for each dialect. Modules of another maker stand in the place of ours: of the
-// internal bus the rest is read beside them, contactors and sensors, as a pack has modules of one kind.
+// All messages that bmudump decodes on a bus: internal and vehicle bus together, because their identifiers do not
+// collide and one interface may carry both, with the requested devices; or, on their own bus, devices alone. The
+// vehicle bus has one catalogue for each dialect. Modules of another maker replace those of bmud: the other messages of
+// the internal bus, contactors and sensors, are decoded beside them, because a pack has modules of one kind.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@
 
 namespace bmu::dump {
 
-/// Its names are those of bits, not of values.
+/// True if its names are those of bits, not of values.
 [[nodiscard]] inline bool is_bit_set(const SignalSpec& signal) {
   return !signal.names.empty() && signal.name.ends_with("_bits");
 }
 
-/// Of a device, in the order of bytes that was asked for, where it has two.
+/// The catalogue of a device, in the requested byte order if it has two.
 [[nodiscard]] const Catalogue& catalogue_of(const Device& device, bool sensor_little_endian);
 
 class DumpCatalogue {
@@ -35,11 +35,11 @@ class DumpCatalogue {
     std::vector<const Device*> devices{};
     std::string_view name = "all";  // of all()
   };
-  /// An identifier that two of those have who are read together.
+  /// An identifier that two senders in the same catalogue have in common.
   struct Clash {
     std::uint32_t id = 0;
     bool is_extended = false;
-    const Device* device = nullptr;  // null: both are ours
+    const Device* device = nullptr;  // null: both are of bmud
     std::string other;
   };
 
@@ -50,28 +50,29 @@ class DumpCatalogue {
   [[nodiscard]] const Catalogue& all() const { return *all_; }
   [[nodiscard]] const Catalogue& internal() const { return *internal_; }
   [[nodiscard]] const Catalogue& vehicle() const { return *vehicle_; }
-  /// Whether the row of this index in all() is one of internal().
+  /// True if the row of this index in all() is one of internal().
   [[nodiscard]] bool is_internal(std::size_t row) const { return row < internal_->messages().size(); }
-  /// Whether the row of this index in all() is one of vehicle().
+  /// True if the row of this index in all() is one of vehicle().
   [[nodiscard]] bool is_vehicle(std::size_t row) const {
     return row >= internal_->messages().size() && row - internal_->messages().size() < vehicle_->messages().size();
   }
-  /// Whether that row is one of a device alone, and not of the internal bus or the vehicle, too.
+  /// True if that row belongs to a device alone, and to neither the internal bus nor the vehicle messages.
   [[nodiscard]] bool is_device(std::size_t row) const {
     return row >= internal_->messages().size() + vehicle_->messages().size();
   }
-  /// Who has that row in all(): one index for the internal bus, for the vehicle messages and for each device.
+  /// The part that added the row to all(): one index for the internal bus, for the vehicle messages and for each
+  /// device.
   [[nodiscard]] std::size_t part_of(std::size_t row) const;
-  /// All that have it.
+  /// All parts that contain the row.
   [[nodiscard]] std::span<const std::size_t> parts_of(std::size_t row) const { return parts_of_row_[row]; }
   [[nodiscard]] std::size_t part_count() const { return parts_.size(); }
-  /// Null if it is ours.
+  /// Null if it is a part of bmud.
   [[nodiscard]] const Device* device_of(std::size_t part) const { return parts_[part].device; }
-  /// The first there is: the vehicle messages were moved onto identifiers of others, or devices collide.
+  /// The first clash: the vehicle messages were moved onto other identifiers in use, or devices collide.
   [[nodiscard]] std::optional<Clash> clash() const;
 
  private:
-  /// Whose rows begin where in all().
+  /// Start of the rows of a part in all().
   struct Part {
     std::size_t begin = 0;
     std::string name;

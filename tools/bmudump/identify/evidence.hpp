@@ -1,15 +1,15 @@
-// What the frames of one bus have shown of who sends there, where no option gives it: the internal bus, which devices,
-// and the traction pack.
+// Evidence from the frames of one bus for its senders, if no option declares them: the internal bus, devices, and the
+// traction pack.
 //
-// The internal bus is shown by its seals, the checksum and counter that most of its messages have. One that is right is
-// proof where no more than one was wrong before; with more of those, some must be right. Where other senders have these
-// identifiers one checksum of 256 is right by chance, which in time is many frames. From the proof on all messages of
-// the internal bus are its own, damaged ones, too. The results of its current sensor have no seal and are judged as
-// those of a device before.
+// Evidence for the internal bus are its seals, the checksum and counter of most of its messages. A right one is proof
+// if at most one wrong one came before; with more wrong ones, more right ones are required. If other senders use these
+// identifiers, one checksum of 256 is right by chance, which in time is many frames. After the proof all messages of
+// the internal bus are accepted as its own, including damaged ones. The results of its current sensor have no seal and
+// are evaluated as those of a device before the proof.
 //
-// A part is a device, the vehicle messages or the internal bus: those rows of a catalogue that one sender has
-// (DumpCatalogue::part_of). It is seen once a frame has fitted one of its rows in which something else would hardly
-// fit. From then on all that fits is its; before, what has nothing to fit stays unknown.
+// A part is a device, the vehicle messages or the internal bus: the rows of a catalogue that one sender has
+// (DumpCatalogue::part_of). It is seen once a frame has fitted one of its rows that other contents would hardly fit.
+// After that all fitting frames belong to it; before, frames of rows without such content stay unknown.
 #pragma once
 
 #include <cstddef>
@@ -23,26 +23,26 @@ namespace bmu::dump {
 
 class Evidence {
  public:
-  /// Whether a frame that fits so is taken for the message of this row.
+  /// True if a frame with this fit counts as the message of this row.
   [[nodiscard]] bool believes(const DumpCatalogue& catalogue, std::size_t row, Fit fit) const {
     return fit == Fit::proven || (fit == Fit::unproven && has(catalogue.part_of(row)));
   }
-  /// Notes a frame under the identifier of this row. Cheap for rows that are of one part alone which was seen.
+  /// Notes a frame under the identifier of this row. Cheap for rows of a single part that was seen.
   void note(const DumpCatalogue& catalogue, std::size_t row, Fit fit);
 
-  /// Whether the part was seen.
+  /// True if the part was seen.
   [[nodiscard]] bool has(std::size_t part) const { return part < parts_.size() && parts_[part].is_seen; }
-  /// So many frames fit it and prove nothing, and came before it was seen.
+  /// Number of frames that fit the part without proof, before it was seen.
   [[nodiscard]] std::uint64_t left_unknown(std::size_t part) const {
     return part < parts_.size() ? parts_[part].left_unknown : 0;
   }
 
-  /// A frame under a sealed identifier of the internal bus, as long as nothing has shown that bus.
+  /// Notes a frame under a sealed identifier of the internal bus, until that bus is proven.
   void note_seal(bool is_right);
-  /// The internal bus was shown.
+  /// True if the internal bus is proven.
   [[nodiscard]] bool has_internal() const { return has_internal_; }
 
-  /// The pack has said its name: the vehicle messages are its, also those that do not fit.
+  /// The pack has sent its name: all vehicle messages are from it, including those that do not fit.
   void note_pack_name() { has_pack_name_ = true; }
   [[nodiscard]] bool has_pack_name() const { return has_pack_name_; }
   /// A vehicle message has passed its check.

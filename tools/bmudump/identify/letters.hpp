@@ -1,4 +1,4 @@
-// Letters in a frame: names of products, marks of makers.
+// Text in a frame: names of products, marks of makers.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace bmu::dump {
 
-/// Text of a quantity that is no number: up to eight letters, the first in the highest byte.
+/// Text of a quantity without a number: up to eight letters, the first in the highest byte.
 struct Letters {
   std::array<char, 8> bytes{};
   std::size_t count = 0;
@@ -19,11 +19,11 @@ struct Letters {
 };
 [[nodiscard]] Letters letters_of(const SignalSpec& signal, std::int64_t raw);
 
-/// How many printable letters it begins with, spaces included.
+/// Number of printable letters at the start, spaces included.
 [[nodiscard]] std::size_t printable_count(std::string_view letters);
 
-/// Printable letters with nothing but zeros behind them. Other bytes under the identifier of a name are those of
-/// another device: 621h is the product's version on one bus, and cells' temperatures on that of an Outlander's modules.
+/// True for printable letters followed only by zeros. Other bytes under the identifier of a name are from another
+/// device: 621h is the product's version on one bus, and cells' temperatures on that of an Outlander's modules.
 [[nodiscard]] bool is_text(std::string_view letters);
 
 }  // namespace bmu::dump

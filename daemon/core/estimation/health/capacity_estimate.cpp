@@ -7,15 +7,15 @@ namespace bmu {
 
 namespace {
 
-/// A pair that differs from what was known by more than so many standard deviations of both contradicts it.
+/// A sample that differs from the estimate by more standard deviations of both than this contradicts it.
 constexpr double surprise_sigmas = 2.5;
 
 constexpr double square(double value) {
   return value * value;
 }
 
-/// The lowest point of the parabola through three values at -1, 0 and 1, and what it bends by; the middle one is the
-/// least of them.
+/// Minimum of the parabola through three values at -1, 0 and 1, and their second difference; the middle value is the
+/// smallest.
 struct Parabola {
   double at = 0.0;
   double bend = 0.0;
@@ -25,7 +25,7 @@ Parabola parabola(double before, double here, double after) {
   return {.at = bend > 0.0 ? 0.5 * (before - after) / bend : 0.0, .bend = bend};
 }
 
-/// Of what a pair's charge differs by from what this capacity would have taken.
+/// Variance of the difference between a sample's charge and that which this capacity would have taken.
 double variance_of(const CapacityPair& pair, double capacity_As) {
   return square(pair.charge_sigma_As) + square(capacity_As * pair.soc_change_sigma);
 }
@@ -33,13 +33,13 @@ double variance_of(const CapacityPair& pair, double capacity_As) {
 constexpr double share_step =
     (CapacityEstimate::most_share - CapacityEstimate::least_share) / (CapacityEstimate::points - 1);
 
-/// Of a charge that was counted: that it is told in whole numbers somewhere on its way.
+/// Minimum error of a counted charge: it is transferred in whole numbers at some point.
 constexpr double counted_sigma_min_As = 1.0;
 
 constexpr double year_s = 31'557'600.0;
 
 bool is_between(double value, double least, double most) {
-  return value >= least && value <= most;  // not so if it is not a number
+  return value >= least && value <= most;  // false for not-a-number
 }
 
 }  // namespace
@@ -82,14 +82,14 @@ void CapacityEstimate::relax(double variance_factor) {
   for (double& cost : costs_) cost /= variance_factor;
 }
 
-/// What was known has its variance and that of what was lost since.
+/// Adds the possible loss since the last sample to the variance of the estimate.
 void CapacityEstimate::forget() {
   relax(1.0 + square(aged_share_ * rated_As_) / seen_variance());
   aged_share_ = 0.0;
 }
 
-/// 1 unless the pair contradicts what was known: then by how much both together are surer of themselves than they can
-/// be.
+/// 1 unless the sample contradicts the estimate: then the ratio of the deviation to the maximum that the uncertainty of
+/// both together permits.
 double CapacityEstimate::doubt_of(const CapacityPair& pair) const {
   const double capacity_As = this->capacity_As();
   const double expected = variance_of(pair, capacity_As) + square(pair.soc_change) * seen_variance();
@@ -121,7 +121,7 @@ void CapacityEstimate::pass(double passed_s, double moved_As) {
   aged_share_ = std::min(aged_share_ + loss_share_per_year_ * years + loss_share_per_cycle_ * cycles, 1.0);
 }
 
-/// Of the inner points, so that there is one on either side.
+/// Minimum of the inner points, so that there is one on either side.
 std::size_t CapacityEstimate::least() const {
   const auto* const found = std::min_element(costs_.begin() + 1, costs_.end() - 1);
   return static_cast<std::size_t>(found - costs_.begin());
@@ -131,12 +131,12 @@ double CapacityEstimate::capacity_As() const {
   if (!is_known()) return 0.0;
   const std::size_t point = least();
   const Parabola low = parabola(costs_[point - 1], costs_[point], costs_[point + 1]);
-  // Where J falls towards a bound of the grid the lowest point of the parabola would be beyond it.
+  // Where J falls towards a bound of the grid the minimum of the parabola would be beyond it.
   return at_As(point) + rated_As_ * share_step * std::clamp(low.at, -1.0, 1.0);
 }
 
-/// J is twice the negative logarithm of the likelihood. Its bend at the least tells a narrow one, the spread of the
-/// likelihood over all points one that is wide or has several heights.
+/// J is twice the negative logarithm of the likelihood. Its curvature at the minimum gives the variance of a narrow
+/// one, the spread of the likelihood over all points that of one that is wide or has several maxima.
 double CapacityEstimate::seen_variance() const {
   const std::size_t point = least();
   const double capacity_As = this->capacity_As();
@@ -172,7 +172,7 @@ std::optional<CapacityPair> CapacityAnchors::take(const CapacityAnchor& anchor, 
   if (!is_sane) return std::nullopt;
   const CapacityAnchor before = waiting_;
   const double passed_s = anchor.at_s - before.at_s;
-  if (!(passed_s > 0.0)) {  // nor if there was none
+  if (!(passed_s > 0.0)) {  // also false if there was none
     waiting_ = anchor;
     return std::nullopt;
   }

@@ -8,7 +8,7 @@ namespace bmu {
 namespace {
 
 constexpr double ppm = 1e6;
-/// What the current sensor counts too much or too little is in all pairs alike.
+/// Minimum error that all samples share: that of the current sensor's gain.
 constexpr double common_share_least = 0.01;
 
 std::int32_t in_ppm(double share) {

@@ -1,12 +1,12 @@
-// How one cell has aged: its resistance from what the current does (resistance_tracker.hpp), its capacity from the
-// instants at which its charge was known (capacity_estimate.hpp) and from whole charges (charge_plateau.hpp), and what
-// both make of its health (state_of_health.hpp). It is fed with the same samples as the estimators of the charge.
+// Health of one cell: its resistance from changes of the current (resistance_tracker.hpp), its capacity from instants
+// with known charge (capacity_estimate.hpp) and from whole charges (charge_plateau.hpp), and the state of health by
+// both (state_of_health.hpp). It gets the same samples as the estimators of the charge.
 //
-// A capacity is told once something has shown it, in this life or a former one; until then everybody counts with that
-// of the cell file, and nothing is said of its health.
+// A capacity is reported once it has been measured, in this session or a previous one; until then that of the cell file
+// is used, and the health by capacity is unknown.
 //
 // Cost: that of ResistanceTracker, some additions, and two comparisons of ChargePlateau where the cell file has a model
-// of it. With an anchor that makes a pair: CapacityEstimate::take. 1.2 kB a cell.
+// of it. With an anchor that completes a capacity sample: CapacityEstimate::take. 1.2 kB a cell.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@
 
 namespace bmu {
 
-/// What all cells of a kind are held against.
+/// Reference values of all cells of a kind.
 struct HealthModel {
   ExpectedResistance expected;
   std::optional<ChargePlateauModel> plateau{};
@@ -33,28 +33,28 @@ struct HealthModel {
 
 class CellHealth {
  public:
-  /// `model` must outlive this. `former` as record() gave it; all 0: nothing is known.
+  /// `model` must outlive this. The record is that of record(); all 0: unknown.
   void begin(const HealthModel& model, const CellHealthRecord& former = {});
   void forget() { *this = {}; }
-  /// The same model, where it lies now. Before begin(): nothing.
+  /// Rebinds to the same model at its new address. Before begin(): no effect.
   void move_to(const HealthModel& model);
   [[nodiscard]] bool is_begun() const { return model_.is_set(); }
 
-  /// Each sample of the cell; before begin(): nothing. `anchor`: its charge was known with this sample apart from
-  /// counting.
+  /// Processes each sample of the cell; before begin(): no effect. `anchor`: state of charge that is known with this
+  /// sample independently of counting.
   void take(const CellSample& sample, const std::optional<ChargeAnchor>& anchor = std::nullopt);
-  /// Between the last sample and the next the cell begins or ceases to bleed.
+  /// Call if the cell starts or stops bleeding between the last sample and the next.
   void restart_resistance() { resistance_.restart(); }
 
   [[nodiscard]] ResistanceEstimate resistance(double temperature_C) const {
     return resistance_.estimate(temperature_C);
   }
-  /// Something has shown it; else capacity_As() is that of the cell file.
+  /// True if it has been measured; else capacity_As() is that of the cell file.
   [[nodiscard]] bool is_capacity_known() const { return is_capacity_restored_ || capacity_.pairs() > 0; }
   [[nodiscard]] double capacity_As() const { return capacity_As_; }
   /// One standard deviation. Cost: 51 exponentials.
   [[nodiscard]] double capacity_sigma_As() const { return capacity_.sigma_As(); }
-  /// How many pairs of anchors, and whole charges, have shown it in this life, and how many were absurd.
+  /// Number of samples (pairs of anchors, and whole charges) in this session, and of those rejected as implausible.
   [[nodiscard]] std::uint32_t capacity_pairs() const { return capacity_.pairs(); }
   [[nodiscard]] std::uint32_t capacity_refused() const { return capacity_.refused(); }
   /// Cost: that of capacity_sigma_As().
@@ -71,7 +71,7 @@ class CellHealth {
   ChargePlateau plateau_;
   bool is_capacity_restored_ = false;
   double capacity_As_ = 0.0;
-  double counted_As_ = 0.0;  // what has left the cell
+  double counted_As_ = 0.0;  // charge that has left the cell
   double passed_s_ = 0.0;
   [[nodiscard]] bool are_fields_possible() const {
     return resistance_.is_begun() == is_begun() && is_within(capacity_As_, 0.0, charge_most_As);

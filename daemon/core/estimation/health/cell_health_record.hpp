@@ -1,11 +1,11 @@
-// What of a cell's health (cell_health.hpp) outlives a process.
+// Persistent record of a cell's health (cell_health.hpp).
 #pragma once
 
 #include <cstdint>
 
 namespace bmu {
 
-/// In millionths of what the cell file says; 0: not known.
+/// In millionths of the cell file's values; 0: unknown.
 struct CellHealthRecord {
   std::int32_t capacity_ppm = 0;
   std::int32_t capacity_sigma_ppm = 0;  // one standard deviation, of the rated capacity

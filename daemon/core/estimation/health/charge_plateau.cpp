@@ -8,12 +8,12 @@ namespace bmu {
 namespace {
 
 constexpr double block_s = 30.0;
-/// The curve is looked at where the voltage passes the multiples of this; ten of them are the width of the flattest
-/// stretch.
+/// Width of a bin: the curve is evaluated where the voltage passes multiples of it; ten of them are the width of the
+/// flattest stretch.
 constexpr double rung_V = 0.005;
-/// Below the flattest stretch so many were reached before it, or else the plateau may have begun earlier.
+/// Minimum number of bins reached below the flattest stretch; with fewer the plateau may have begun earlier.
 constexpr std::size_t rungs_before = 2;
-/// Where a voltage steps by more between two blocks, it does not follow the charge.
+/// A voltage that steps by more between two blocks does not follow the charge.
 constexpr double step_max_V = 0.2;
 
 }  // namespace
@@ -63,7 +63,7 @@ std::optional<PlateauCharge> ChargePlateau::take(const CellSample& sample) {
   return take(middle, block.lasted_s);
 }
 
-/// Whether the current is still that of the first block.
+/// True if the current is still that of the first block.
 bool ChargePlateau::goes_on(const Point& point) const {
   return std::abs(point.current_A - first_current_A_) <= steady_current_share * first_current_A_;
 }
@@ -72,7 +72,7 @@ std::optional<PlateauCharge> ChargePlateau::take(const Point& point, double last
   if (phase_ == Phase::held) return taper(point);
   if (phase_ == Phase::steady && goes_on(point)) {
     if (steady_s_ >= plateau_settle_s) climb(point);
-    if (phase_ == Phase::waiting) return std::nullopt;  // given up
+    if (phase_ == Phase::waiting) return std::nullopt;  // aborted
     steady_s_ += lasted_s;
     before_ = point;
     return std::nullopt;
@@ -87,7 +87,8 @@ std::optional<PlateauCharge> ChargePlateau::take(const Point& point, double last
   return std::nullopt;
 }
 
-/// If this is a current that the model is for. It counts from here: only differences are looked at.
+/// Starts the phase of constant current if the model is for this current. It counts from here: only differences are
+/// used.
 void ChargePlateau::begin_steady(const Point& point, double lasted_s) {
   if (std::abs(point.current_A - model_.current_A) > plateau_current_share * model_.current_A) return;
   phase_ = Phase::steady;
@@ -96,7 +97,7 @@ void ChargePlateau::begin_steady(const Point& point, double lasted_s) {
   lasted_s_ = lasted_s;
 }
 
-/// From the point before to this one, over all rungs that the voltage has not reached yet.
+/// Advances from the previous point to this one, over all bins that the voltage has not reached yet.
 void ChargePlateau::climb(const Point& to) {
   if (!has_begun_climbing_) {
     has_begun_climbing_ = true;
@@ -112,7 +113,7 @@ void ChargePlateau::climb(const Point& to) {
 }
 
 void ChargePlateau::reach(double counted_As) {
-  const std::size_t from = (rungs_ + 1) % reached_As_.size();  // ten rungs ago
+  const std::size_t from = (rungs_ + 1) % reached_As_.size();  // ten bins ago
   reached_As_[rungs_ % reached_As_.size()] = counted_As;
   ++rungs_;
   if (rungs_ > rungs_in_width) compare(counted_As - reached_As_[from], 0.5 * (counted_As + reached_As_[from]));

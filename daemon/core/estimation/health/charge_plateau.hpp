@@ -1,27 +1,27 @@
-// The capacity of one cell from the upper part of a charge with a steady current, whatever its resistance is.
+// Capacity of one cell from the upper part of a charge at constant current, independent of its resistance.
 //
 // A cell with a graphite anode charges over a plateau: a stretch on which the voltage rises slowly, because the
-// graphite passes from one of its phases to the next. What flows there, and what flows from its end until the cell is
-// full, shrinks as the cell loses lithium; what lies below the plateau shrinks with the plateau. So
+// graphite passes from one of its phases to the next. The charge of the plateau, and the charge from its end until the
+// cell is full, shrink as the cell loses lithium; the charge below the plateau shrinks with the plateau. So
 //
 //   capacity = above_weight * charge(end of the plateau to full) + plateau_weight * charge(flattest 50 mV)
 //
-// Both places are found in the curve itself, by how much charge flows while the voltage rises by 50 mV, not by a
-// voltage. A current that stays the same through a resistance that is the same shifts the whole curve; so neither the
-// resistance, which rises as a cell ages, nor an error of the voltage sensor matters, and nothing has to be known of
-// the open-circuit voltage. (I. Bloom et al., Differential voltage analyses of high-power lithium-ion cells, J. Power
-// Sources 139 (2005) 295; M. Dubarry et al., Identifying battery aging mechanisms in large format Li ion cells,
-// J. Power Sources 196 (2011) 3420: the plateau and its ends as marks of ageing.)
+// Both positions are found in the curve itself, by how much charge flows while the voltage rises by 50 mV, not by a
+// voltage. A constant current through a constant resistance shifts the whole curve; so neither the resistance, which
+// rises as a cell ages, nor an error of the voltage sensor matters, and the open-circuit voltage need not be known. (I.
+// Bloom et al., Differential voltage analyses of high-power lithium-ion cells, J. Power Sources 139 (2005) 295; M.
+// Dubarry et al., Identifying battery aging mechanisms in large format Li ion cells, J. Power Sources 196 (2011) 3420:
+// the plateau and its ends as marks of ageing.)
 //
-//   flattest  the 50 mV over which most flows; that it began to be less below them must have been seen
+//   flattest  the 50 mV with the largest charge; below them a smaller charge must have been seen
 //   end       above them, where 50 mV take `plateau_end_share` of that, counted from their middle
-//   full      the current, held back at the charge voltage, has fallen to end_current_A
+//   full      the current, tapering at the charge voltage, has fallen to end_current_A
 //
-// above_weight is near 1: what was counted there counts as what it is. What may differ between two cells of one kind is
-// the other. Both belong to a kind of cell and to a charging current, and are fitted to recorded charges with a known
-// capacity (`bmucell health`). A kind of cell without such a plateau has no such model, and nothing is said.
+// above_weight is near 1: the charge counted there counts in full. Differences between two cells of one kind are in the
+// other term. Both weights belong to a kind of cell and to a charging current, and are fitted to recorded charges with
+// a known capacity (`bmucell health`). A kind of cell without such a plateau has no such model, and no result.
 //
-// Nothing is measured of a charge that begins on the plateau or above it, is interrupted, changes its current before
+// There is no result for a charge that starts on the plateau or above it, is interrupted, changes its current before
 // the taper, is counted with gaps, or reaches the charge voltage before the end of the plateau: see
 // ChargePlateau::take.
 //
@@ -40,47 +40,47 @@
 namespace bmu {
 
 inline constexpr double plateau_end_share = 0.95;
-/// A charging current may differ by so much from that of the model, and while it is steady from what it was at first.
+/// Relative tolerance of a charging current to that of the model, and of a constant current to its first value.
 inline constexpr double plateau_current_share = 0.2;
 inline constexpr double steady_current_share = 0.05;
-/// So long a steady current flows until the voltage follows the charge.
+/// Time of constant current until the voltage follows the charge.
 inline constexpr double plateau_settle_s = 180.0;
-/// Held back: so near to the charge voltage.
+/// Maximum distance from the charge voltage at constant voltage.
 inline constexpr double held_within_V = 0.05;
-/// Longer between two samples nobody knows what flowed.
+/// Maximum time between two samples: over a longer one the charge is unknown.
 inline constexpr double plateau_gap_max_s = 120.0;
 
-/// What a charge has shown.
+/// Result of one charge.
 struct PlateauCharge {
   double plateau_As = 0.0;  // through the flattest 50 mV
   double above_As = 0.0;    // from the end of the plateau until full
-  double lasted_s = 0.0;    // from the first steady current until full
+  double lasted_s = 0.0;    // from the first constant current until full
 };
 
-/// The capacity by it, and its error, as a pair that CapacityEstimate takes: the model's and what the sensor's offset
-/// makes of it.
+/// Capacity and its error, as a sample for CapacityEstimate: the error is that of the model and that of the sensor's
+/// offset.
 [[nodiscard]] CapacityPair capacity_pair(const ChargePlateauModel& model, const PlateauCharge& charge,
                                          const CurrentSensorError& sensor);
 
 class ChargePlateau {
  public:
-  /// From here on charges are looked for.
+  /// Starts to wait for a charge.
   void begin(const ChargePlateauModel& model);
-  /// The next sample. At the end of a charge that showed all that is needed: what it has shown, once.
-  /// A sample without a time (is_measured) is passed over. Without a current, with one out of the cell, after a gap, or
-  /// without a temperature within the model's, the charge is given up, and what flows later is another one. A sample
-  /// without a voltage only counts.
+  /// Processes the next sample. Returns the result once, at the end of a charge that showed all that is needed. A
+  /// sample without a time (CellSample::has_passed) is ignored. Without a measured current into the cell, after a gap,
+  /// or without a temperature within the model's, the charge is aborted; one that follows is another charge. The charge
+  /// of a sample without a voltage is counted.
   [[nodiscard]] std::optional<PlateauCharge> take(const CellSample& sample);
 
  private:
-  /// Samples together, at least `block_s` long: the noise of a voltage must not look like a step of the curve.
+  /// Consecutive samples, at least `block_s` long: the noise of a voltage must not look like a step of the curve.
   struct Block {
     double lasted_s = 0.0;
     double charge_As = 0.0;
     double weighted_V = 0.0;
     double voltage_s = 0.0;
   };
-  /// The middle of a block.
+  /// Middle of a block.
   struct Point {
     double counted_As = 0.0;
     double voltage_V = 0.0;
@@ -108,15 +108,15 @@ class ChargePlateau {
   double steady_s_ = 0.0;
   Point before_;
   bool has_begun_climbing_ = false;
-  double next_rung_ = 0.0;                               // its number
-  std::size_t rungs_ = 0;                                // that were reached
-  std::array<double, rungs_in_width + 1> reached_As_{};  // counted then; the last ones, in a ring
+  double next_rung_ = 0.0;                               // number of the next bin
+  std::size_t rungs_ = 0;                                // number of bins reached
+  std::array<double, rungs_in_width + 1> reached_As_{};  // charge counted then; of the last bins, a ring
   double flattest_As_ = 0.0;
-  std::size_t flattest_at_ = 0;  // rungs reached by then
+  std::size_t flattest_at_ = 0;  // value of rungs_ then
   double width_before_As_ = 0.0;
   double middle_before_As_ = 0.0;
   std::optional<double> end_As_{};  // counted at the end of the plateau
-  /// Beyond any voltage, and climbing there would not end.
+  /// Beyond any voltage: a search up to there would not end.
   static constexpr double rungs_most = 1e6;
   [[nodiscard]] bool are_fields_possible() const { return next_rung_ >= -rungs_most && next_rung_ <= rungs_most; }
   BMU_FIELDS(model_, phase_, block_, counted_As_, lasted_s_, first_current_A_, steady_s_, before_, has_begun_climbing_,

@@ -10,32 +10,34 @@ namespace {
 
 constexpr Duration calm_min = 2s;
 constexpr Duration calm_at_zero_min = 1s;
-/// A standby consumption: where the calm is wider, one that begins at the end of a precharge drifts by its current.
+/// Maximum standby consumption in a calm at zero: in a wider one that starts at the end of a precharge, its current
+/// drifts.
 constexpr std::int64_t zero_max_mA = 1'000;
 constexpr Duration ring_step = 2s;
-/// Of the mean of a calm the latest picture is one part in so many.
+/// Share of the latest sample set in the mean of a calm: one part in this many.
 constexpr int mean_parts = 4;
-/// The current has to change by this, and by so many halves of the calm.
+/// Minimum change of the current: this, and this many halves of the calm.
 constexpr std::int64_t change_min_mA = 5'000;
 constexpr std::int64_t change_min_half_calms = 5;
-/// The change is at least so many times as large as what flowed to the other side before.
+/// Minimum ratio of the change to the current that flowed to the other side before.
 constexpr std::int64_t other_side_share = 5;
-/// Less than this of a whole cell's answer is noise.
+/// A smaller expected movement of a cell is noise.
 constexpr std::int64_t answer_min_uV = 1'000;
 constexpr std::int64_t noise_uV = 1'000;
-/// A drift goes on for so many times as long as it was watched, and for `compare_max`.
+/// A drift is extrapolated for this multiple of the time of its observation, and for `compare_max` at most.
 constexpr int drift_factor_max = 4;
 constexpr Duration compare_max = 60s;
-/// The polarisation of a cell is less than so many times its resistance at once by the current. Of the shipped cells
+/// Bound of a cell's polarisation, as a multiple of its immediate resistance by the current. Of the shipped cells
 /// a123-26650 has the most, 3.2.
 constexpr std::int64_t polarisation_max = 4;
 constexpr Duration lately_fades_in = 400s;
-/// Sooner than the polarisation that outlasts a calm comes up: of the shipped cells the fastest, a123-26650, has a
-/// tenth of R by the current for each second, and this makes it four tenths. A precharge leaves next to nothing behind.
+/// Faster than the build-up of the polarisation that outlasts a calm: of the shipped cells the fastest, a123-26650, has
+/// a tenth of R by the current for each second, and this makes it four tenths. A precharge leaves next to nothing
+/// behind.
 constexpr Duration lately_rises_in = 10s;
 constexpr Duration side_rises_in = 2s;
 
-/// The mean of the last seconds of a current that is at `towards_uA` now; it rises, and does not fall.
+/// Mean of the last seconds of a current that is at `towards_uA` now; it rises, and does not fall.
 std::int64_t risen_mean_uA(std::int64_t from_uA, std::int64_t towards_uA, Duration since) {
   if (towards_uA <= from_uA) return from_uA;
   return from_uA +
@@ -50,18 +52,18 @@ std::int32_t middle_mA(const CurrentRange& range) {
   return static_cast<std::int32_t>((std::int64_t{range.min_mA} + range.max_mA) / 2);
 }
 
-/// The least change from `from_mA` that all of the range shows.
+/// Minimum change from `from_mA` that the whole range shows.
 std::int64_t least_change_mA(const CurrentRange& range, std::int32_t from_mA) {
   return std::int64_t{std::max(range.min_mA, std::min(from_mA, range.max_mA))} - from_mA;
 }
 
-/// So long after a calm of this length voltages are compared with those of the calm.
+/// Time after a calm of this length for which voltages are compared with those of the calm.
 Duration comparable_for(Duration watched) {
   return drift_factor_max * std::min<Duration>(watched, compare_max / drift_factor_max);
 }
 
-/// How far all cells together may have drifted in the time from `last` to `now` if they go on as from `first` to
-/// `last`. Not known if that was too short, as where there was no calm.
+/// Drift of all cells together in the time from `last` to `now` if it continues as from `first` to `last`. Unknown if
+/// that was too short, as where there was no calm.
 template <class Calm>
 std::optional<std::int64_t> drift_uV(const Calm& first, const Calm& last, TimePoint now) {
   const Duration watched = last.taken_at - first.taken_at;
@@ -114,14 +116,14 @@ void CurrentRampMonitor::take(const PackPicture& now, const Cells& cells) {
   if (!implausible_current_.is_known) check_frozen(now, cells);
 }
 
-/// The ring is filled from its beginning, and only what is in use has a time.
+/// The ring is filled from its start, and only entries in use have a time.
 const CurrentRampMonitor::Calm& CurrentRampMonitor::oldest() const {
   const Calm& behind_head = ring_[(head_ + 1) % ring_.size()];
   return behind_head.taken_at != TimePoint{} ? behind_head : ring_.front();
 }
 
-/// A picture is part of a calm once the next one is calm, too: the cells may have been sampled behind a step that the
-/// sensor shows only after it.
+/// A sample set is part of a calm once the next one is calm, too: the cells may have been sampled after a step that the
+/// sensor shows only in its next sample.
 void CurrentRampMonitor::follow_calm(const PackPicture& now, const Cells& cells) {
   const Calm first = ring_.front().taken_at != TimePoint{} ? oldest() : waiting_;
   const CurrentRange& range = now.since_last.is_known ? now.since_last : now.current;
@@ -143,8 +145,8 @@ void CurrentRampMonitor::follow_calm(const PackPicture& now, const Cells& cells)
   follow_sides(at_zero_, range, since);
 }
 
-/// What a change is compared with is a calm that was long enough. Of two at zero the older one may do for longer: that
-/// of an open pack, where the closed one was calm for a moment only.
+/// A change is compared with a calm that was long enough. Of two at zero the older one may be comparable for longer:
+/// that of an open pack, if the closed one was calm only briefly.
 void CurrentRampMonitor::end_calm(const Calm& first, const Cells& cells) {
   const Duration lasted = waiting_.taken_at - first.taken_at;
   const auto comparable_until = [](const Calm& from, const Calm& to) {
@@ -167,7 +169,7 @@ void CurrentRampMonitor::follow_sides(Reference& reference, const CurrentRange& 
   reference.fallen_uA = risen_mean_uA(reference.fallen_uA, (from_mA - range.min_mA) * 1'000, since);
 }
 
-/// The picture that waited is part of the calm.
+/// Adds the waiting sample set to the calm.
 void CurrentRampMonitor::keep_calm() {
   const auto towards = [](std::int64_t from, std::int64_t to) { return from + (to - from) / mean_parts; };
   const bool is_first = ring_.front().taken_at == TimePoint{};

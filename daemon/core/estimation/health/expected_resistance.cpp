@@ -10,9 +10,9 @@ namespace bmu {
 namespace {
 
 constexpr double half_charged = 0.5;
-/// A model without resistance says nothing; this keeps it from being divided by.
+/// Prevents a division by zero for a model without resistance.
 constexpr double resistance_least_Ohm = 1e-9;
-/// Two factors this close are the same one, computed in another order.
+/// Two factors this close are equal, and differ by the order of computation only.
 constexpr double rounding = 1e-9;
 
 double shown_Ohm(const CellDynamics& cell, double temperature_C, double current_A) {

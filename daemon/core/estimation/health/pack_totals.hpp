@@ -1,6 +1,7 @@
-// What has flowed through the pack in all lives of the daemon, for its age: 625h tells the energy. A life counts from
-// its start (coulomb_counter.hpp) and adds what its predecessors left. What flowed while no daemon was running, or
-// after the last record of one that was killed, is missing: at most `totals_step_permille` of the capacity each time.
+// Charge and energy that have flowed through the pack in all sessions of the daemon, for its age: 625h transmits the
+// energy. A session counts from its start (coulomb_counter.hpp) and adds the totals of the previous ones. The charge
+// that flowed while no daemon was running is missing, and that after the last record of one that was killed: at most
+// `totals_step_permille` of the capacity each time.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct PackTotals {
   friend bool operator==(const PackTotals&, const PackTotals&) = default;
 };
 
-/// Of the capacity, out and in together: so much more is worth a record.
+/// Share of the capacity, out and in together: an increase by this is worth a record.
 inline constexpr std::int64_t totals_step_permille = 20;
 
 [[nodiscard]] constexpr PackTotals totals_with(const PackTotals& former, const ChargeState& life) {
@@ -29,7 +30,7 @@ inline constexpr std::int64_t totals_step_permille = 20;
           .energy_in_mWh = former.energy_in_mWh + life.energy_in_mWh};
 }
 
-/// How many times the whole capacity has been taken out. `capacity_uAs` above 0.
+/// Full cycles: discharged charge as a multiple of the capacity. `capacity_uAs` above 0.
 [[nodiscard]] constexpr std::int64_t cycles_permille(const PackTotals& totals, std::int64_t capacity_uAs) {
   return static_cast<std::int64_t>(static_cast<double>(totals.charge_out_uAs) * 1e3 /
                                    static_cast<double>(capacity_uAs));

@@ -13,27 +13,27 @@ constexpr double square(double value) {
 
 /// Two samples of the slowest polling, and half of one more.
 constexpr double gap_most_s = 2.5;
-/// For so long the small steps behind a large one count for what they are beside it.
+/// Time for which the small steps after a large one count with the uncertainty of that one.
 constexpr double strength_time_s = 30.0;
-constexpr double swing_least_share = 0.05;  // of the one-hour current
-/// What one step says of the resistance, one standard deviation.
+constexpr double swing_least_share = 0.05;  // share of 1C
+/// Uncertainty of the resistance by one step, one standard deviation.
 constexpr double step_share = 0.06;
 constexpr double voltage_noise_V = 0.002;
-/// What a resistance becomes another by in an hour, and at most, one standard deviation: over the charge of a cell it
-/// changes by so much, but near empty.
+/// Drift of a resistance in an hour, and its maximum, one standard deviation: it changes by that much over the charge
+/// of a cell, except near empty.
 constexpr double wander_share_per_hour = 0.10;
 constexpr double wander_share_most = 0.15;
-/// As good as three steps.
+/// As accurate as by three steps.
 constexpr double known_share = 0.04;
-/// What no number of steps averages out: drives show another mixture of fast and slow than single steps do. In the cold
-/// more, by what the resistance grows by: it depends on the current there.
+/// Error that no number of steps averages out: drive cycles contain another mixture of fast and slow than single steps
+/// do. In the cold it is larger, by the increase of the resistance, which depends on the current there.
 constexpr double method_share = 0.04;
-/// What may be wrong with what the model makes of a difference in temperature.
+/// Relative error of the model's conversion over a difference in temperature.
 constexpr double weather_share = 0.20;
 constexpr double surprise_sigmas = 3.0;
-/// More or less than the model by this is a loose bolt or a mistake, not a cell.
+/// A ratio to the model above this, or below its inverse, is a loose bolt or an error, not a cell.
 constexpr double absurd_factor = 20.0;
-/// By that no voltage moves between two samples without a current now or just before.
+/// No voltage moves by this between two samples without a current now or just before.
 constexpr double jump_V = 0.1;
 
 }  // namespace
@@ -89,8 +89,8 @@ void ResistanceTracker::begin_with(const CellSample& sample) {
   strength_A2_ = 0.0;
 }
 
-/// Less and less sure with time, but not less than a cell's resistance ever differs from what it was. Before it is
-/// known nothing can make it less.
+/// Increases the uncertainty with time, up to the maximum change of a cell's resistance. Before the resistance is known
+/// it has no effect.
 void ResistanceTracker::age(double passed_s) {
   constexpr double hour_s = 3600.0;
   if (!is_known_) return;
@@ -98,11 +98,11 @@ void ResistanceTracker::age(double passed_s) {
   variance_Ohm2_ = std::min(variance_Ohm2_, square(wander_share_most * resistance_Ohm_));
 }
 
-/// One sample of a step is the part of it that is gone until the next, 1 - kept: so all samples of a step are one step
-/// together, however many they are.
+/// Each sample of a step counts for the part of it that decays until the next, 1 - kept: so all samples of a step
+/// together count as one step, however many they are.
 void ResistanceTracker::learn(double factor, double kept_share) {
   if (std::abs(swing_A_) < swing_least_share * expected_->hour_current_A()) return;
-  const double swing_A = swing_A_ * factor;  // what would do the same at 25 C
+  const double swing_A = swing_A_ * factor;  // current with the same effect at 25 C
   const double doubt_V2 = square(voltage_noise_V) + square(step_share * resistance_Ohm_ * factor) * strength_A2_;
   const double variance_V2 = square(swing_A) * variance_Ohm2_ + doubt_V2 / (1.0 - kept_share);
   const double most_V = surprise_sigmas * std::sqrt(variance_V2);

@@ -1,27 +1,26 @@
-// The resistance of one cell, from whatever the current does: what a step shows about a second after it.
+// Resistance of one cell from any change of the current: the value that a step shows about a second after it.
 //
-// Voltage and current both go through the same high-pass, x' = x * exp(-dt / 2 s) + change of x, and the resistance is
-// the straight line through zero between the two, found by recursive least squares that forget slowly. What an
-// open-circuit voltage, a slow pair or the sensor's offset add moves slowly and does not pass; a ramp is as good as a
-// step, because nobody asks when the step was. What comes out is what a step shows about a second after it, however
-// often the cell is sampled (every 50 ms to every 2 s): the fast drop and most of the charge transfer, but little
-// diffusion; ExpectedResistance has it in numbers. Instants a second apart miss what a restless current did in between
-// and show a little less than means over that second. On recorded cells: docs/accuracy.md.
+// Voltage and current both pass the same high-pass, x' = x * exp(-dt / 2 s) + change of x, and the resistance is the
+// straight line through zero between the two, found by recursive least squares with slow forgetting. The contributions
+// of the open-circuit voltage, a slow RC element or the sensor's offset move slowly and do not pass; a ramp is as good
+// as a step, because the time of the step is not used. The result is the value that a step shows about a second after
+// it, however often the cell is sampled (every 50 ms to every 2 s): the fast drop and most of the charge transfer, but
+// little diffusion; ExpectedResistance has it in numbers. Samples of instants a second apart miss the movement of an
+// unsteady current in between and show a little less than means over that second. On recorded cells: docs/accuracy.md.
 //
-// The least squares are a Kalman filter with one state, the resistance at 25 C, that wanders by a tenth in an hour, so
-// that it follows the state of charge and, all the more, age. What it does not do:
-//   - follow the weather: samples are referred to 25 C by what the model says (ExpectedResistance);
-//   - take one large step for a hundred small ones: a step tells the resistance to some 6 %, however large it is (the
-//     model has no kinetics, no slow pairs), and to 2 mV, however small;
-//   - believe what is hard to believe: an error of more than three standard deviations counts as three (P. Huber,
-//     Robust Statistics, Wiley 1981, chapter 7). A cell that really got worse is followed all the same, within minutes;
-//   - learn from less than a twentieth of the one-hour current, or from nothing: a current that stands still, be it
-//     the load's or the sensor's, changes nothing.
+// The least squares are a Kalman filter with one state, the resistance at 25 C, that drifts by a tenth in an hour, so
+// that it follows the state of charge and, even more so, age. The filter does not
+//   - follow the weather: samples are converted to 25 C by the model (ExpectedResistance);
+//   - count one large step as a hundred small ones: a step gives the resistance to some 6 %, however large it is (the
+//     model has no kinetics, no slow RC elements), and to 2 mV, however small;
+//   - follow an improbable sample: an error of more than three standard deviations counts as three (P. Huber, Robust
+//     Statistics, Wiley 1981, chapter 7). A cell that really got worse is nevertheless followed, within minutes;
+//   - learn from less than C/20, or from a constant current: be it the load's or the sensor's, it changes nothing.
 //
-// A sensor that tells 2 % too much makes all cells 2 % better; nothing here can see that, and nothing that compares
-// cells with each other minds. (Recursive least squares with fading memory: L. Ljung, System Identification, 2nd ed.,
-// Prentice Hall 1999, section 11.2. The resistance of cells by it: G. L. Plett, Battery Management Systems, Vol. II,
-// Artech House 2016, chapter 4.)
+// A sensor that reads 2 % too much makes all cells 2 % better; that cannot be detected here, and does not affect a
+// comparison of cells with each other. (Recursive least squares with fading memory: L. Ljung, System Identification,
+// 2nd ed., Prentice Hall 1999, section 11.2. The resistance of cells by it: G. L. Plett, Battery Management Systems,
+// Vol. II, Artech House 2016, chapter 4.)
 //
 // Cost: one exponential, one root and some 40 multiplications a sample; 88 bytes a cell.
 #pragma once
@@ -43,29 +42,29 @@ struct ResistanceEstimate {
 
 class ResistanceTracker {
  public:
-  /// A cell of which nothing is known but its kind. `expected` must outlive the tracker.
+  /// Starts with a cell of which only the kind is known. `expected` must outlive the tracker.
   void begin(const ExpectedResistance& expected);
-  /// The same expectation, where it lies now. Before begin(): nothing.
+  /// Rebinds to the same expectation at its new address. Before begin(): no effect.
   void move_to(const ExpectedResistance& expected) { expected_.move_to(expected); }
   [[nodiscard]] bool is_begun() const { return expected_.is_set(); }
-  /// After begin(): the cell is known from a former life, by its resistance at 25 C and learned_sigma_Ohm() of then.
-  /// What is not above 0, or absurd, says nothing.
+  /// After begin(): restores a previous session's resistance at 25 C and its learned_sigma_Ohm(). Values not above 0,
+  /// or implausible ones, are ignored.
   void restore(double resistance_Ohm, double learned_sigma_Ohm);
-  /// Before begin(): nothing happens. Of the sample its time, current, voltage and temperature are used; current and
-  /// voltage must be of the same instant, or means over the same time. What was not measured is passed over and the
-  /// next sample is compared with the last one that was, if that is not more than 2.5 s ago; otherwise, and when time
-  /// did not pass, it begins anew with that sample. A jump of the voltage that no step of the current explains, now or
-  /// just before, does the same.
+  /// Before begin(): no effect. Uses the time, current, voltage and temperature of the sample; current and voltage must
+  /// be of the same instant, or means over the same time. A sample without current or voltage is skipped (one without a
+  /// temperature is not learned from), and the next one is compared with the last complete one, if that is not more
+  /// than 2.5 s ago; otherwise the high-passes restart with that sample, and if no time has elapsed with the next one.
+  /// A voltage jump that no step of the current explains, now or just before, restarts them, too.
   void update(const CellSample& sample);
-  /// Between the last sample and the next the voltage moves for a reason of its own: the cell begins or ceases to
-  /// bleed. What is known stays.
+  /// Call if the voltage moves for a reason of its own between the last sample and the next: the cell starts or stops
+  /// bleeding. The estimate stays.
   void restart() { is_running_ = false; }
 
-  /// At a temperature of the cell: now, or resistance_reference_C. Known after some three steps of the current, and
-  /// from then on; not known without a temperature, unless the model does not mind it. Far from the temperatures that
-  /// it was learned at it is less sure.
+  /// At a temperature of the cell: the present one, or resistance_reference_C. Known after some three steps of the
+  /// current, and from then on; unknown without a temperature, unless the model does not depend on it. Far from the
+  /// temperatures at which it was learned it is less accurate.
   [[nodiscard]] ResistanceEstimate estimate(double temperature_C) const;
-  /// At 25 C, of what more steps average out; means nothing before it is known.
+  /// At 25 C, the part that more steps average out; not valid before the resistance is known.
   [[nodiscard]] double learned_sigma_Ohm() const { return std::sqrt(variance_Ohm2_); }
 
  private:
@@ -77,16 +76,16 @@ class ResistanceTracker {
   // At 25 C.
   double resistance_Ohm_ = 0.0;
   double variance_Ohm2_ = 0.0;
-  double learned_factor_ = 1.0;  // of the temperature that it was learned at, about
+  double learned_factor_ = 1.0;  // at the temperature of learning, approximate
   bool is_known_ = false;
   // The high-passes.
   bool is_running_ = false;
-  double since_s_ = 0.0;  // the last sample that was whole
+  double since_s_ = 0.0;  // since the last complete sample
   double current_A_ = 0.0;
   double voltage_V_ = 0.0;
   double swing_A_ = 0.0;
   double swing_V_ = 0.0;
-  double strength_A2_ = 0.0;  // the largest swing of the last half minute or so, squared
+  double strength_A2_ = 0.0;  // largest filtered current of the last half minute or so, squared
   [[nodiscard]] bool are_fields_possible() const {
     constexpr double resistance_most_Ohm = 1e3;
     return is_within(resistance_Ohm_, 0.0, resistance_most_Ohm) &&

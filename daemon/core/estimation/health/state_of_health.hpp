@@ -1,11 +1,12 @@
-// How much of a cell is left, in two figures that age for different reasons: what it can hold, and how well it can give
-// it.
+// State of health of a cell, in two values that age for different reasons: the charge that it can hold, and how well it
+// can deliver it.
 //
-//   by capacity    Cmax / Crated (FS_5): 1000 as its cell file says, more for a cell that holds more
-//   by resistance  of the way from new to the end of life, what is left: 1000 at the cell file's resistance or below,
-//                  0 at `end_of_life_factor` times that, and beyond
+//   by capacity    Cmax / Crated (FS_5): 1000 at that of its cell file, more for a cell that holds more
+//   by resistance  remaining part of the way from new to worn out: 1000 at the cell file's resistance or below, 0 at
+//                  `end_of_life_factor` times that, and beyond
 //
-// In permille, each with its standard deviation. What is not known is said so, and is never 1000. Cost: some divisions.
+// In permille, each with its standard deviation. An unknown value is marked as unknown, and is never 1000. Cost: some
+// divisions.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 
 namespace bmu {
 
-/// Unless `is_known` the numbers mean nothing.
+/// Unless `is_known` the other members are not valid.
 struct HealthFigure {
   bool is_known = false;
   std::int32_t permille = 0;
@@ -28,9 +29,9 @@ struct StateOfHealth {
   HealthFigure by_resistance;
 };
 
-/// A cell is at its end with so many times its resistance, unless it is configured otherwise.
+/// A cell with this multiple of its resistance is worn out, unless it is configured otherwise.
 inline constexpr double end_of_life_resistance_factor = 2.0;
-/// No cell holds more of what it was rated for; a figure beyond is a mistake.
+/// No cell holds more, as a multiple of its rated capacity; a value beyond is an error.
 inline constexpr double health_most = 1.5;
 
 namespace detail {
@@ -46,15 +47,16 @@ inline HealthFigure health_figure(double share, double sigma) {
 
 }  // namespace detail
 
-/// Not known if the capacity or what it was rated for is not above 0, or the capacity beyond `health_most` of that.
+/// Unknown if the capacity or the rated one is not above 0, or the capacity beyond `health_most` of that.
 [[nodiscard]] inline HealthFigure health_by_capacity(double capacity_As, double sigma_As, double rated_As) {
   if (!(rated_As > 0.0) || !std::isfinite(rated_As) || !(capacity_As > 0.0) || !(capacity_As <= health_most * rated_As))
     return {};
   return detail::health_figure(capacity_As / rated_As, sigma_As / rated_As);
 }
 
-/// `rise_share`: how far the resistance is above that of the cell file, 0.4 is 40 % more, at the same temperature and
-/// state of charge; `end_of_life_factor` above 1. Not known if either is no such number, or the resistance below 0.
+/// `rise_share`: relative increase of the resistance above that of the cell file, 0.4 is 40 % more, at the same
+/// temperature and state of charge; `end_of_life_factor` above 1. Unknown if either is invalid, or the resistance below
+/// 0.
 [[nodiscard]] inline HealthFigure health_by_resistance(double rise_share, double sigma_share,
                                                        double end_of_life_factor = end_of_life_resistance_factor) {
   if (!(end_of_life_factor > 1.0) || !std::isfinite(end_of_life_factor) || !(rise_share >= -1.0)) return {};

@@ -1,6 +1,5 @@
-// One cell's resistance as the 2013 method has it: what a step of the current did to the voltage, divided by the step,
-// averaged over the last steps (BMS_F.6). Whether two samples make a step, and whether they belong together, is for the
-// caller to say.
+// Resistance of one cell by the 2013 method: the change of the voltage by a current step, divided by the step, averaged
+// over the last steps (BMS_F.6). The caller decides whether two samples make a step, and whether they belong together.
 //
 // Cost: two divisions a step.
 #pragma once
@@ -9,15 +8,16 @@
 
 namespace bmu {
 
-/// Steps a resistance is averaged over before it is told.
+/// Minimum number of steps before a resistance is reported.
 inline constexpr std::uint8_t resistance_steps_min = 3;
 
 struct StepAverage {
   std::int32_t resistance_uOhm = 0;  // 0: no step yet
   std::uint8_t steps = 0;            // counted up to resistance_steps_min
 
-  /// `drop_uV`: by how much the voltage fell as the current rose by `step_mA` (not 0, either sign). What is not above
-  /// 0, or more than twenty times `model_uOhm`, is a loose bolt or a mistake, not a measurement, and is passed over.
+  /// Adds a step. `drop_uV`: decrease of the voltage as the current rose by `step_mA` (not 0, either sign). A result
+  /// not above 0, or more than twenty times `model_uOhm`, is a loose bolt or an error, not a measurement, and is
+  /// ignored.
   void take(std::int64_t drop_uV, std::int64_t step_mA, std::int64_t model_uOhm) {
     constexpr std::int64_t absurd_factor = 20;
     constexpr std::int32_t average_over = 4;

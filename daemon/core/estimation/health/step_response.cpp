@@ -10,25 +10,26 @@ namespace bmu {
 
 namespace {
 
-/// The current must stand still for as long before and after the instant.
+/// Time before and after the instant for which the current must be constant.
 constexpr Duration steady_around = 15ms;
 constexpr Duration neighbours_max = 600ms;
-/// A sample of the current may be so far from the instant: the sensor's period, and as much for its way.
+/// Maximum distance of a current sample from the instant: the sensor's period, and as much for its transmission.
 constexpr Duration current_apart_max = 2 * internal_bus::sensor_current.period;
 constexpr std::int32_t step_floor_mA = 1'000;
-/// More than this share of the continuous current is a step.
+/// A change of more than one part in this many of the continuous current is a step.
 constexpr std::int32_t step_share = 10;
-/// Less than this of a whole cell's answer is noise.
+/// A smaller expected movement of a cell is noise.
 constexpr std::int64_t answer_min_uV = 5'000;
-/// For a text, which decides nothing, less will do.
+/// The same for a text, which has no effect on decisions.
 constexpr std::int64_t text_answer_min_uV = 3'000;
-/// The current has stood still for as long when a step of the voltages proves anything, and the step must be one of
-/// this many of the least steps, and of this much a cell.
+/// A step of the voltages proves a frozen current if the current has been constant for this time; the step must be that
+/// of this many of the smallest current steps, and this much a cell.
 constexpr Duration still_min = 3s;
 constexpr std::int64_t steps_unseen_min = 2;
 constexpr std::int64_t unseen_min_uV = 10'000;
 
-/// Every cell was sampled with the POLL to all. A module that was asked again, alone, has told another moment's.
+/// True if every cell was sampled with the POLL to all modules. A module that was polled again singly has another
+/// instant.
 bool is_of_one_instant(const ModuleTable& modules, TimePoint instant, Duration width) {
   return std::all_of(modules.modules().begin(), modules.modules().end(), [=](const ModuleRecord& module) {
     const auto cells = static_cast<std::ptrdiff_t>(module.config.cell_count);
@@ -81,7 +82,7 @@ void StepResponse::forget_module(std::uint8_t node) {
 void StepResponse::update(const ModuleTable& modules, const SensorTable& sensors, const PackState& pack) {
   ramp_.follow_current(sensors.current_mA);
   keep_cycle(modules, pack);
-  // The sample behind that time says what the current was then as much as the one before it.
+  // The current sample after that time determines the current at the instant as much as the one before it does.
   if (kept_.instant == TimePoint{} || sensors.current_mA.taken_at < kept_.instant + steady_around) return;
   model_uOhm_ = model_at(pack.cell_temperature_dC);
   if (model_uOhm_ != 0) judge_cycle(modules, sensors);
@@ -132,7 +133,7 @@ void StepResponse::judge_cycle(const ModuleTable& modules, const SensorTable& se
   head_ = (head_ + 1) % pictures_.size();
 }
 
-/// Whether a cell of some module began or ceased to bleed with this poll cycle.
+/// True if a cell of some module started or stopped bleeding with this poll cycle.
 bool StepResponse::take_switches() {
   const bool has_switched = kept_.balancing_cells != bleeding_;
   bleeding_ = kept_.balancing_cells;
@@ -181,7 +182,7 @@ void StepResponse::compare_cells(const ModuleTable& modules, const Picture& now)
   if (is_step) refresh(now.taken_at);
 }
 
-/// What the steps so far add up to; nothing before every cell has seen enough of them.
+/// Updates the results of the steps so far; no effect until every cell has had enough of them.
 void StepResponse::refresh(TimePoint at) {
   const auto cells = static_cast<std::ptrdiff_t>(cell_count_);
   const bool knows_all = cells > 0 && std::all_of(cells_.begin(), cells_.begin() + cells,
@@ -216,8 +217,9 @@ void StepResponse::judge_direction(const Picture& now) {
   }
 }
 
-/// Compared with a steady picture before, all that the current did since is a change to one side, and the cells moved
-/// by half or more of what that makes of them. So a pack that opens a few samples after the current came has an answer.
+/// Since a steady sample set before, the current must have changed to one side only, and the cells must have moved by
+/// half or more of the expected movement. So there is a response even of a pack that opens a few samples after the
+/// current came.
 void StepResponse::note_answer(const Picture& now, const CurrentWindow& window) {
   const auto cells = static_cast<std::int64_t>(cell_count_);
   for (const Picture& before : pictures_) {
@@ -237,8 +239,8 @@ void StepResponse::note_answer(const Picture& now, const CurrentWindow& window) 
   }
 }
 
-/// A current that is said to stand still while all voltages step, and stay: the sensor repeats itself. Compared is with
-/// the oldest picture, so that a wobble in between is none.
+/// Detects a current that is reported as constant while all voltages step, and stay: the sensor repeats its value. The
+/// reference is the oldest sample set, so that a brief deviation in between has no effect.
 void StepResponse::judge_stillness(const Picture& now) {
   if (now.taken_at - still_since_ < still_min || !now.pack_mV.is_valid()) return;
   const Picture* before = nullptr;
@@ -254,12 +256,12 @@ void StepResponse::judge_stillness(const Picture& now) {
   take_verdict({.is_known = true, .value = is_unseen ? 1 : 0, .taken_at = now.taken_at}, Contradiction::without);
 }
 
-/// What a cell's voltage has to move by while the current is said to stand still.
+/// Minimum movement of a cell's voltage while the reported current is constant.
 std::int64_t StepResponse::unseen_uV() const {
   return std::max(unseen_min_uV, steps_unseen_min * step_min_mA_ * model_uOhm_ / 1'000);
 }
 
-/// Of several verdicts about one picture the first bad one counts. `contradiction`: what a bad one finds.
+/// Of several verdicts about one sample set the first bad one counts. `contradiction`: its kind.
 void StepResponse::take_verdict(const Reading& verdict, Contradiction contradiction) {
   if (!verdict.is_known) return;
   if (verdict.value != 0) note_contradiction(contradiction);
@@ -267,14 +269,14 @@ void StepResponse::take_verdict(const Reading& verdict, Contradiction contradict
   if (!is_bad_already) contradiction_ = verdict;
 }
 
-/// Voltages that stepped while the current stood still lie on a side of those of a former current, as if they moved
-/// against it. While it goes on standing still, that says nothing of its direction.
+/// Voltages that stepped while the current was constant are displaced from those of an earlier current, as if they
+/// moved against it. While the current stays constant, they give no information about its direction.
 void StepResponse::note_contradiction(Contradiction contradiction) {
   const bool stands_still = latest_contradiction_ == Contradiction::without && taken_at_ - still_since_ >= still_min;
   if (contradiction == Contradiction::without || !stands_still) latest_contradiction_ = contradiction;
 }
 
-/// `before`: the instant of the picture before.
+/// `before`: the instant of the previous sample set.
 void StepResponse::judge_ramp(const SensorTable& sensors, TimePoint before) {
   const CurrentWindow& window = sensors.current_window;
   const TimePoint from = kept_.instant - steady_around - sample_age_;

@@ -1,8 +1,8 @@
-// The state of charge of one cell by every method, beside each other: fed with the same samples and told of the same
-// ends of a charge, so that they can be compared. Which one counts is for the caller to say.
+// State of charge of one cell by every method, side by side: all get the same samples and the same ends of a charge, so
+// that they can be compared. The caller selects one of them.
 //
-// Methods that contradict each other by more than they say they may be wrong are a sign that something is not as the
-// pack file says: disagreement().
+// Methods that contradict each other by more than their reported uncertainty show that something deviates from the pack
+// file: disagreement().
 //
 // Cost: that of SocFilter, SocMixed and SocCoulomb together; docs/performance.md.
 #pragma once
@@ -33,7 +33,7 @@ class CellEstimate {
     cell_.set(cell);
   }
   void forget() { *this = {}; }
-  /// The same tables, where they lie now. Before begin(): nothing.
+  /// Rebinds to the same tables at their new address. Before begin(): no effect.
   void move_to(const CellDynamics& cell) {
     cell_.move_to(cell);
     filter_.move_to(cell);
@@ -42,7 +42,7 @@ class CellEstimate {
   }
   [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
 
-  /// Before begin(): nothing happens. The end of its charge that the cell has reached with this sample, if it has.
+  /// Before begin(): no effect. Returns the end of its charge that the cell has reached with this sample, if any.
   /// `memo`: of the same model.
   std::optional<ChargeAnchor> update(const CellSample& sample, const ChargeEndConfig& ends, ModelMemo& memo) {
     if (!is_begun()) return std::nullopt;
@@ -71,8 +71,8 @@ class CellEstimate {
   }
   [[nodiscard]] const SocFilter& filter() const { return filter_; }
 
-  /// The two methods that are furthest apart: by how much, against what both together say they may be wrong (two
-  /// standard deviations). Above 1 they contradict each other; 0 while nothing is known.
+  /// Largest distance between two methods, relative to the uncertainty that both together report (two standard
+  /// deviations). Above 1 they contradict each other; 0 while nothing is known.
   [[nodiscard]] double disagreement() const {
     std::array<SocEstimate, soc_methods> said;
     for (std::size_t method = 0; method < soc_methods; ++method) {

@@ -1,5 +1,5 @@
-// One thing for each cell of the pack, together with the model that all of them look at. A copy is whole: its cells
-// look at its own model. A cell has `void move_to(const Model&)`: the same model, where it lies now.
+// One object for each cell of the pack, together with the model that all of them refer to. A copy is complete: its
+// cells refer to its own model. A cell has `void move_to(const Model&)`: rebinds it to the same model at a new address.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class CellsOfModel {
   }
   ~CellsOfModel() = default;
 
-  /// Nothing is known of any cell afterwards.
+  /// The state of every cell is unknown afterwards.
   void init(const Model& model) {
     model_ = model;
     cells_ = {};

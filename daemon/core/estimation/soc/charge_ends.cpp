@@ -7,15 +7,15 @@ namespace bmu {
 
 namespace {
 
-/// What the current takes of the voltage is known to about so much.
+/// Relative uncertainty of the voltage drop by the current.
 constexpr double resistance_doubt = 0.3;
-/// A curve that is flat at its end would make the anchor say nothing; the voltage of a full cell is told by the current
-/// as much as by the curve.
+/// A curve that is flat at its end would make the anchor useless; the current shows a full cell as much as the curve
+/// does.
 constexpr double slope_min_V = 0.5;
 
 constexpr double full_current_share = 0.05;
 constexpr double empty_current_share = 0.2;
-/// The voltages of the ends may be this far off: the modules measure to a millivolt or two.
+/// Possible error of the voltages of the ends: the modules measure to a millivolt or two.
 constexpr double end_voltage_margin_V = 0.005;
 
 double sigma_at(const CellDynamics& cell, const CellSample& sample, double soc, double sigma) {

@@ -1,16 +1,16 @@
-// The two states of charge that a cell tells by itself, whatever was counted: full, when it takes hardly any current at
-// the voltage of a full cell; empty, when it has sunk to the voltage of an empty one though it gives but little.
+// The two states of charge that a cell shows independently of the counted charge: full, when it takes hardly any
+// current at the voltage of a full cell; empty, when it has fallen to the voltage of an empty one at a small current.
 //
 //   full    voltage >= full_V and 0 < charging current <= full_current_A, for `end_held_s`
 //   empty   voltage <= empty_V and 0 <= discharging current <= empty_current_A, at empty_coldest_C or warmer, for
 //           `end_held_s`
 //
-// A charger that ends a charge holds the voltage while the current fades, so at the end the voltage is nearly that of a
-// rested cell; what the rest of the current takes makes the anchor less sure. With a large current nothing is said: a
-// cold or worn cell reaches either voltage far from its end.
+// A charger that ends a charge holds the voltage while the current tapers, so at the end the voltage is nearly that of
+// a rested cell; the drop by the remaining current makes the anchor less accurate. With a large current there is no
+// anchor: a cold or worn cell reaches either voltage far from its end.
 //
-// Told once when an end is reached, and again only after the cell has left it.
-// Cost: some comparisons; a look at the model when an end is reached.
+// Reported once when an end is reached, and again only after the cell has left it.
+// Cost: some comparisons; an evaluation of the model when an end is reached.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@
 
 namespace bmu {
 
-/// What counts as an end of the charge; a current of 0 or below: that end is never told.
+/// Conditions of the ends of a charge. With a current below 0 that end is never reported, full also with 0.
 struct ChargeEndConfig {
   double full_V = 0.0;
   double full_current_A = 0.0;
@@ -29,16 +29,15 @@ struct ChargeEndConfig {
   double empty_current_A = 0.0;
 };
 
-/// Of a cell of this kind: a charge ends with a twentieth of an hour's rate, and one that sinks to the voltage of an
-/// empty cell at a fifth of it or less is empty. The voltages are those of the curve at 25 C, and what modules measure
-/// to.
+/// For a cell of this kind: a charge ends at C/20, and a cell that falls to the voltage of an empty one at C/5 or less
+/// is empty. The voltages are those of the curve at 25 C, within the accuracy of the modules.
 [[nodiscard]] ChargeEndConfig charge_ends_of(const CellDynamics& cell);
 
 inline constexpr double end_held_s = 20.0;
-/// A colder cell that was driven down sinks to the voltage of an empty one with a tenth of its charge left, and stays
-/// there for minutes with hardly a current: on the recordings of docs/accuracy.md.
+/// A colder cell that was discharged falls to the voltage of an empty one with a tenth of its charge left, and stays
+/// there for minutes with hardly any current: in the recordings of docs/accuracy.md.
 inline constexpr double empty_coldest_C = 15.0;
-/// What the voltage alone leaves open.
+/// Uncertainty of an end by the voltage alone.
 inline constexpr double full_sigma = 0.01;
 inline constexpr double empty_sigma = 0.02;
 
@@ -49,7 +48,7 @@ struct ChargeAnchor {
 
 class ChargeEnds {
  public:
-  /// `cell` is only looked at.
+  /// `cell` is used during the call only.
   [[nodiscard]] std::optional<ChargeAnchor> update(const CellDynamics& cell, const ChargeEndConfig& config,
                                                    const CellSample& sample);
 
@@ -58,7 +57,7 @@ class ChargeEnds {
     double held_s = 0.0;
     bool is_told = false;
 
-    /// Whether this sample is the one with which it has been held long enough.
+    /// True if this sample is the one with which the condition has applied for long enough.
     [[nodiscard]] bool step(bool holds, double passed_s);
   };
 

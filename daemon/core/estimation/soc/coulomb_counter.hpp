@@ -1,8 +1,8 @@
-// What flowed out of the pack and into it: charge and energy, counted from the current sensor's samples.
+// Counter of the charge and energy that flowed out of the pack and into it, from the samples of the current sensor.
 //
-// The sums are exact integers, so that a month of counting drifts only as far as the sensor does. A hole in the current
-// longer than the sensor's age limit is not bridged by a guess; it is remembered as uncounted time. What the charge
-// means for the state of charge is for the estimators (pack_estimate.hpp) to say.
+// The sums are exact integers, so that a month of counting drifts only as far as the sensor does. A gap in the current
+// longer than the sensor's age limit is not bridged by a guess; it is counted as uncounted time. The estimators
+// (pack_estimate.hpp) derive the state of charge.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace bmu {
 
 struct ChargeState {
   std::int64_t flowed_uAs = 0;     // out of the pack since the first sample
-  std::int64_t out_uAs = 0;        // of that what left it, 0 or more
-  std::int64_t in_uAs = 0;         // and what entered it, 0 or more; out less in is flowed, but for a rounded uAs
+  std::int64_t out_uAs = 0;        // charge that left the pack, 0 or more
+  std::int64_t in_uAs = 0;         // charge that entered it, 0 or more; out less in is flowed, but for a rounded uAs
   std::int64_t energy_in_mWh = 0;  // since start
   std::int64_t energy_out_mWh = 0;
   Duration uncounted{};       // time without a usable current since the first sample
@@ -28,7 +28,7 @@ class CoulombCounter {
  public:
   void init(const CoreConfig& config);
 
-  /// Every current sample as it arrives, with the pack voltage known at that moment (unknown: energy is not counted).
+  /// Adds a current sample as it arrives, with the pack voltage known at that time (unknown: energy is not counted).
   void observe(const Measured<std::int32_t>& current_mA, const Measured<std::int32_t>& pack_voltage_mV);
 
   [[nodiscard]] const ChargeState& state() const { return state_; }

@@ -1,6 +1,6 @@
-// What flowed between two looks at the pack's counter (coulomb_counter.hpp): the part that was counted, with its mean,
-// and the part that was not, because the sensor said nothing. A filter takes them one after the other, so that a short
-// silence costs neither the charge that was counted nor the doubt about what was not.
+// Charge between two readings of the pack's counter (coulomb_counter.hpp): the counted part, with its mean current, and
+// the part that was not counted because the sensor was silent. A filter processes them one after the other, so that a
+// short silence loses neither the counted charge nor the uncertainty of the other part.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,15 @@ struct CurrentSpans {
 
 class CurrentSpanMeter {
  public:
-  /// `gap_max`: a sensor that is silent for longer is not counted over when it speaks again (ages/pack_current_ms).
+  /// `gap_max`: a longer silence of the sensor is not counted afterwards (ages/pack_current_ms).
   explicit CurrentSpanMeter(Duration gap_max = {}) : gap_max_(gap_max) {}
-  /// What is counted begins now.
+  /// Starts the interval now.
   void begin(TimePoint now, const ChargeState& charge) {
     until_ = end_of(now, charge);
     counted_ = charge.counted;
     flowed_uAs_ = charge.flowed_uAs;
   }
-  /// Since the last call, or begin(). While the sensor speaks, time ends with its last sample, else now.
+  /// Interval since the last call, or begin(). While the sensor sends, it ends with the last sample, else now.
   [[nodiscard]] CurrentSpans next(TimePoint now, const ChargeState& charge) {
     constexpr double uAs_per_As = 1e6;
     const TimePoint until = end_of(now, charge);
@@ -44,7 +44,7 @@ class CurrentSpanMeter {
   }
 
  private:
-  /// Less than this between two looks is no silence but the clock's grain.
+  /// A shorter difference between two readings is no silence but the resolution of the clock.
   static constexpr double least_s = 1e-6;
 
   [[nodiscard]] TimePoint end_of(TimePoint now, const ChargeState& charge) const {

@@ -1,7 +1,7 @@
-// What the samples of many cells of one model have in common when they are taken at one instant: the tables
-// at their temperature, and what fades over the time since the samples before. An exponential for the pack instead of
-// one for each cell. Whoever samples cells has one of these and gives it to all of them, and a new one for
-// another model; what a cell is told is the same with it and without.
+// Cache of values that the samples of many cells of one model have in common when they are taken at one instant: the
+// tables at their temperature, and the decay over the time since the previous samples. It needs one exponential for the
+// pack instead of one for each cell. The caller passes one cache to all cells of a model, and another one for another
+// model; the results are the same with and without it.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ class ModelMemo {
     return rows_.of(temperature_C, [&] { return row_at(cell, temperature_C); });
   }
 
-  /// What is left after that time of what fades with a time constant: of the model's pairs, and of something else,
-  /// each of which has its own time constant.
+  /// Remaining share, after that time, of a quantity that decays with a time constant: of the model's RC elements, and
+  /// of another state, each of which has its own time constant.
   [[nodiscard]] const std::array<double, CellDynamics::pairs>& pairs_left(const CellDynamics& cell, double passed_s);
   enum class Fading : unsigned char { error, offset, resistance, surprise };
   [[nodiscard]] double left(Fading what, double passed_s, double time_constant_s);

@@ -1,6 +1,6 @@
-// Where the model lies that an estimator of one cell looks at, and whether it has begun with one at all. The model is
-// not its own: whoever copies or restores many estimators together with their model (cells_of_model.hpp) says where it
-// lies now. Of an image (protocol/image.hpp) only whether there is one.
+// Reference of one cell's estimator to its model, and whether the estimator has started. It does not own the model: a
+// copy or restoration of many estimators together with their model (cells_of_model.hpp) rebinds it to the new address.
+// An image (protocol/image.hpp) contains only whether it is set.
 #pragma once
 
 #include "protocol/fields.hpp"
@@ -14,12 +14,12 @@ class ModelPointer {
     model_ = &model;
     is_set_ = true;
   }
-  /// The same model, where it lies now. Before set(): nothing.
+  /// Rebinds to the same model at its new address. Before set(): no effect.
   void move_to(const Model& model) {
     if (is_set_) model_ = &model;
   }
   [[nodiscard]] bool is_set() const { return is_set_; }
-  /// After set().
+  /// Precondition: set() was called.
   [[nodiscard]] const Model& operator*() const { return *model_; }
   [[nodiscard]] const Model* operator->() const { return model_; }
 

@@ -1,11 +1,11 @@
-// What the cells' charges make of a pack in series, which carries the same current through all: it is empty when the
+// State of charge of a pack in series from those of its cells, which all carry the same current: it is empty when the
 // first of them is empty, and full when the first is full.
 //
-//   out = min over cells (capacity * soc)          what can be taken before the emptiest is empty
-//   in  = min over cells (capacity * (1 - soc))    what can be put in before the fullest is full
+//   out = min over cells (capacity * soc)          charge that can be taken before the emptiest is empty
+//   in  = min over cells (capacity * (1 - soc))    charge that can be put in before the fullest is full
 //   SOC = out / (out + in)
 //
-// The usable capacity out + in is that of the weakest cell while all are balanced, and less by what they are apart.
+// The usable capacity out + in is that of the weakest cell while all are balanced, and less by their imbalance.
 //
 // Cost: a pass over the cells.
 #pragma once
@@ -26,9 +26,9 @@ struct CellSoc {
 };
 
 struct PackSoc {
-  bool is_known = false;  // only with every cell; otherwise the rest means nothing
+  bool is_known = false;  // only with every cell; otherwise the other members are not valid
   double soc = 0.0;       // 0 to 1
-  double sigma = 1.0;     // as if the errors of the two cells that make it were the same: they have one sensor
+  double sigma = 1.0;     // the errors of the two cells that determine it count as equal: they have one sensor
   double out_As = 0.0;
   double in_As = 0.0;
   std::size_t emptiest = 0;  // cells by number through the pack, from 0
@@ -59,7 +59,7 @@ struct PackSoc {
     }
   }
   pack.is_known = true;
-  // One cell empty and another one full: nothing can be taken or put in, and there is no state of charge but empty.
+  // One cell empty and another one full: no charge can be taken or put in, and the state of charge can only be empty.
   const double all_As = pack.capacity_As();
   pack.soc = all_As > 0.0 ? pack.out_As / all_As : 0.0;
   const CellSoc& low = cells[pack.emptiest];

@@ -1,9 +1,9 @@
-// The state of charge that is told: it follows the current at once and the estimate slowly, so that it never steps.
+// Published state of charge: it follows the current at once and the estimate slowly, so that it never steps.
 //
-//   told += what flowed + at most `rate` * dt of what it differs from the estimate by
+//   published += charge that flowed + at most `rate` * dt of the difference to the estimate
 //
-// A driver, a charger and a vehicle's computer take a step for a fault. Soon after a start, while nobody has relied on
-// it yet, it may move faster.
+// A driver, a charger and a vehicle's computer take a step for a fault. Soon after a start, while it is not in use yet,
+// it may move faster.
 #pragma once
 
 #include <algorithm>
@@ -14,19 +14,19 @@
 namespace bmu {
 
 inline constexpr double published_rate_per_s = 0.0002;      // 0.02 % a second
-inline constexpr double published_begin_rate_per_s = 0.02;  // 2 %
-inline constexpr double published_begin_s = 300.0;          // while so young
+inline constexpr double published_begin_rate_per_s = 0.02;  // 2 % a second
+inline constexpr double published_begin_s = 300.0;          // time after a start with that rate
 
 class PublishedSoc {
  public:
-  /// Set directly: at the first start, and after a rest so long that an estimate from rest is better than what was
-  /// told.
+  /// Sets the value directly: at the first start, and after a rest so long that an estimate from rest is better than
+  /// the published value.
   void begin(double soc) {
     soc_ = soc;
     age_s_ = 0.0;
   }
-  /// `flowed`: what left the cell since the last update, as a share of its capacity. What is not a number moves
-  /// nothing; a time that is none is no update.
+  /// `flowed`: charge that left the cell since the last update, as a share of its capacity. Values that are not finite
+  /// change nothing; with a time that is not above 0 and finite there is no update.
   void update(double passed_s, double flowed, double estimate) {
     if (!(passed_s > 0.0) || !std::isfinite(passed_s)) return;
     age_s_ += passed_s;

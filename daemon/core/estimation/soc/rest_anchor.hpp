@@ -1,12 +1,12 @@
-// What the voltage of a cell that rests says of its charge by itself, whatever was counted: an anchor for the capacity.
-// The state of charge that a filter tells of a rested cell will not do for that, as it rests on the counter, too.
+// Anchor for the capacity: the state of charge of a cell at rest from its voltage alone, whatever was counted. The
+// state of charge of a filter is not suitable for that, because it depends on the counter, too.
 //
-//   open-circuit voltage = voltage + what the pairs still hold back
-//   doubt of it          = the measurement, the model's lasting error, half of what the pairs hold back, half of the
+//   open-circuit voltage = voltage + polarisation of the RC elements
+//   its uncertainty      = the measurement, the model's lasting error, half of that polarisation, half of the
 //                          hysteresis
 //
-// Where that leaves more than `rest_sigma_max` of the charge open, as on the flat stretch of an LFP cell, or where the
-// voltage is at an end of the curve or beyond, nothing is said.
+// Where that leaves more than `rest_sigma_max` of the charge uncertain, as on the flat stretch of an LFP cell, or where
+// the voltage is at an end of the curve or beyond, there is no anchor.
 //
 // Cost: three searches in the curve.
 #pragma once
@@ -20,8 +20,8 @@ namespace bmu {
 
 inline constexpr double rest_sigma_max = 0.05;
 
-/// `hysteresis` from -1 (last discharged) to 1; `held_back_V`: what the pairs hold back, above 0 after a discharge.
-/// Nothing without a voltage or a temperature.
+/// `hysteresis` from -1 (last discharged) to 1; `held_back_V`: polarisation of the RC elements, above 0 after a
+/// discharge. Returns nothing without a voltage or a temperature.
 [[nodiscard]] inline std::optional<ChargeAnchor> rest_anchor(const CellDynamics& cell, double voltage_V,
                                                              double temperature_C, double hysteresis,
                                                              double held_back_V) {

@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-constexpr double sigma_max = 1.0;  // more than this nobody can be unsure of it
+constexpr double sigma_max = 1.0;  // bound of the uncertainty
 
 }  // namespace
 

@@ -11,45 +11,46 @@ constexpr double square(double value) {
   return value * value;
 }
 
-// What a measurement of the voltage is off by itself: noise and resolution, and, as a share of what the resistance
-// takes, what the current does between its own instant and the voltage's.
+// Error of a voltage measurement itself: noise and resolution, and, as a share of the resistive drop, the change of the
+// current between its own instant and the voltage's.
 constexpr double voltage_noise_V = 0.003;
 constexpr double resistance_noise_share = 0.03;
-// What a cell differs by from its model, one standard deviation, and how long it takes to become another. (Of the
-// capacity SocBegin says it.)
+// Deviations of a cell from its model, one standard deviation, and the time constants with which they change. (SocBegin
+// has that of the capacity.)
 constexpr double resistance_share_sigma = 0.10;
 constexpr double resistance_time_s = 5000.0;
 constexpr double offset_time_s = 36000.0;
-/// While what flowed before is not known: what a pair holds back, of what the present current would leave in it, and
-/// its doubt, of what the current of one hour would. The longer a pair remembers, the less the present current says of
-/// it, and the more of what flowed has cancelled out. Tried on drives that were switched on in their midst.
+/// While the current before is unknown: initial voltage of an RC element, as a share of that which the present current
+/// would cause, and its uncertainty, as a share of that which 1C would cause. The longer its time constant, the less
+/// the present current determines it, and the more of the earlier current has cancelled out. Tried on drive cycles that
+/// were started in their middle.
 constexpr std::array<double, CellDynamics::pairs> pair_begin_share{0.5, 0.3, 0.0};
 constexpr std::array<double, CellDynamics::pairs> pair_begin_doubt{0.7, 0.7, 0.3};
-/// The state of charge is not let further than this beyond empty and full.
+/// Bound of the state of charge beyond empty and full.
 constexpr double soc_beyond = 0.05;
-/// More than this nobody can be unsure of it.
+/// Bound of its uncertainty.
 constexpr double soc_sigma_max = 1.0;
-/// Beyond these a cell is broken or a measurement is: half or twice the capacity, a fifth or five times the resistance.
-/// What is beyond is not learned, lest the model be turned round.
+/// Beyond these a cell or a measurement is defective: half or twice the capacity, a fifth or five times the resistance.
+/// Values beyond are not learned, because they could invert the model.
 constexpr double counting_share_most = 0.5;
 constexpr double resistance_share_least = -0.8;
 constexpr double resistance_share_most = 4.0;
-/// The chord reaches at least so far: the tables of resistances have a step of this.
+/// Minimum reach of the secant line: the tables of resistances have this step.
 constexpr double chord_min = 0.05;
-/// Of what the chord is off by, so much counts: over what is possible it is off by less than in the middle.
+/// Share of the secant line's deviation that counts: over the possible range it is smaller than in the middle.
 constexpr double bend_share = 0.7;
 constexpr double pair_ratio_max = 4.0;
-/// An innovation of more than so many standard deviations counts as if it were one of these: the model has a hole
-/// there, or the sample is a mistake.
+/// An innovation of more standard deviations than this counts with a variance that makes it exactly this many: the
+/// model has a gap there, or the sample is wrong.
 constexpr double surprise_sigmas = 3.0;
-/// Voltages that are hard to believe count towards the misfit by this much at the most, and over this time: a cell that
-/// is none of its model's surprises always, a damaged sample once.
+/// Maximum contribution of an improbable voltage to the model mismatch, and the averaging time: a cell of another model
+/// deviates all the time, a damaged sample once.
 constexpr double surprise_most_sigmas = 10.0;
 constexpr double surprise_time_s = 120.0;
-/// Without a temperature the model may be off by so much more.
+/// Factor of the model's error without a temperature.
 constexpr double unknown_temperature_factor = 3.0;
-/// The filter takes its model for right up to errors that it knows. On recorded cells the truth is off by half as much
-/// again: docs/accuracy.md.
+/// The filter takes its model as right up to the errors that it contains. On recorded cells the true error is larger by
+/// half: docs/accuracy.md.
 constexpr double told_sigma_factor = 1.5;
 
 }  // namespace
@@ -77,8 +78,9 @@ void SocFilter::begin(const CellDynamics& cell, const CurrentSensorError& sensor
   p_[resistance_at][resistance_at] = square(resistance_share_sigma);
 }
 
-/// A filter that has followed a cell is off by what its model is off by: the one takes from the voltage what the other
-/// adds. So the same voltage is no news to who goes on with its word, until the model's error has become another.
+/// The state of charge of a filter that has followed a cell is off by the error of its model: it absorbs the voltage
+/// that this error adds. So the same voltage is no new information for a filter that continues from its record, until
+/// the model's error has changed.
 void SocFilter::share_error(const CellPoint& point, double age_s) {
   const double sigma = std::sqrt(p_[soc_at][soc_at]);
   const double kept = age_s > 0.0 ? std::exp(-age_s / point.slow_error_time_s) : 1.0;
@@ -97,7 +99,7 @@ bool SocFilter::are_fields_possible() const {
          is_within(true_current_A_, -most, most);
 }
 
-/// With the first current: how it came to be nobody has seen.
+/// With the first current: that before it is unknown.
 void SocFilter::begin_pairs(const CellPoint& point, double current_A) {
   are_pairs_unknown_ = false;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
@@ -114,25 +116,25 @@ void SocFilter::follow_hysteresis(double charge_As) {
 void SocFilter::count(const CellSample& sample) {
   const bool is_counted = is_measured(sample.mean_current_A);
   const double told_A = is_counted ? sample.mean_current_A : 0.0;
-  // A sensor that says nothing adds nothing.
+  // A silent sensor adds no offset.
   true_current_A_ = is_counted ? told_A - x_[offset_at] - told_A * x_[counting_at] : 0.0;
   const double efficiency = true_current_A_ < 0.0 ? cell_->charge_efficiency : 1.0;
   const double per_A = -sample.passed_s / capacity_As_ * efficiency;
   const double lost = self_discharge_A(*cell_, temperature_C_) * sample.passed_s / capacity_As_;
   x_[soc_at] = std::clamp(x_[soc_at] + per_A * true_current_A_ - lost, -soc_beyond, 1.0 + soc_beyond);
-  // The state of charge takes over what the offset and the share do to it: its row, then its column.
+  // The covariance of the state of charge takes up the effect of the offset and of the share: its row, then its column.
   const double by_offset = is_counted ? -per_A : 0.0;
   const double by_share = -per_A * told_A;
   for (std::size_t k = 0; k < size; ++k) p_[soc_at][k] += by_offset * p_[offset_at][k] + by_share * p_[counting_at][k];
   for (std::size_t k = 0; k < size; ++k) p_[k][soc_at] += by_offset * p_[k][offset_at] + by_share * p_[k][counting_at];
-  // A current that nobody sees may flow the same way all the time.
+  // An uncounted current may flow the same way all the time.
   const double unseen_A = sensor_.unseen_A(sample);
   if (unseen_A > 0.0) p_[soc_at][soc_at] = square(std::sqrt(p_[soc_at][soc_at]) + std::abs(per_A) * unseen_A);
   bound_doubt();
   follow_hysteresis(told_A * sample.passed_s);
 }
 
-/// The state of charge with all that it has to do with the other states: a covariance stays one.
+/// Scales the row and the column of the state of charge, so that the matrix stays a covariance.
 void SocFilter::bound_doubt() {
   const double sigma = std::sqrt(p_[soc_at][soc_at]);
   if (sigma <= soc_sigma_max) return;
@@ -171,8 +173,8 @@ void SocFilter::fade(const CellSample& sample, const CellPoint& point, ModelMemo
   }
 }
 
-/// The terminal voltage without the model's error, were the state of charge that of `there`. A pair would have been
-/// charged through the resistance there, so its voltage is the more by as much.
+/// Terminal voltage without the model's error, if the state of charge were that of `there`. An RC element would have
+/// been charged through the resistance there, so its voltage would be larger in that ratio.
 double SocFilter::voltage_V(const CellPoint& here, const CellPoint& there, const Current& current) const {
   double drop_V = there.series_Ohm * current.A + there.kinetic_Ohm * current.kinetic_A;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
@@ -209,7 +211,7 @@ void SocFilter::correct(const CellSample& sample, const CellDynamics::Row& row, 
   const double share = 1.0 + x_[resistance_at];
   const double expected_V = point.ocv_V + hysteresis_ * point.hysteresis_V + x_[error_at] - share * drop_V;
 
-  Vector by{};  // what the voltage changes by with each state
+  Vector by{};  // sensitivity of the voltage to each state
   const Chord line = chord(point, row, current);
   by[soc_at] = line.slope_V;
   for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) by[pair_at + pair] = -share;
@@ -218,13 +220,13 @@ void SocFilter::correct(const CellSample& sample, const CellDynamics::Row& row, 
   by[resistance_at] = -drop_V;
   innovation_V_ = sample.voltage_V - expected_V;
   const Errors off = errors(sample, point, current_A, line.bend_V);
-  // An error that lasts for some seconds counts for as many samples as fit into them.
+  // An error that lasts for some seconds counts for as many samples as fit into that time.
   const double counted_V2 = off.sample_V2 + off.model_V2 * (1.0 + 2.0 * point.fast_error_time_s / sample.passed_s);
   const double by_states_V2 = learn(by, innovation_V_, counted_V2);
   innovation_variance_V2_ = by_states_V2 + off.sample_V2 + off.model_V2;
 }
 
-/// How hard to believe the last voltage was, added to those before.
+/// Adds the normalised innovation of the last voltage to the mean of those before.
 void SocFilter::follow_surprise(double left) {
   const double news = std::min(square(innovation_V_) / innovation_variance_V2_, square(surprise_most_sigmas));
   surprise_ += (news - surprise_) * (1.0 - left);
@@ -280,7 +282,7 @@ void SocFilter::update(const CellSample& sample, ModelMemo& memo) {
 }
 
 SocEstimate SocFilter::estimate() const {
-  // A state that is no number, as a made-up covariance leads to, is told to nobody.
+  // A state that is not a number, as an invalid covariance leads to, is not reported.
   if (!cell_.is_set() || std::isnan(x_[soc_at])) return {};
   return {.is_known = true,
           .soc = std::clamp(x_[soc_at], 0.0, 1.0),

@@ -1,23 +1,23 @@
-// State of charge of one cell by an extended Kalman filter: counting says how it changes, the voltage where it is, and
-// both are believed as far as they deserve.
+// State of charge of one cell by an extended Kalman filter: counting gives its change, the voltage its value, each
+// weighted by its uncertainty.
 //
-// The filter carries eight things that are not known: the state of charge; the three pairs' voltages; what the model is
-// off by at the moment, which comes and goes (an Ornstein-Uhlenbeck process with the strength and the time that the fit
-// left over); the offset of the current sensor; the share by which the counting is off, be it the sensor's gain or the
-// cell's capacity; and the share by which this cell's resistances differ from its model's. That the model's error lasts
-// is what keeps a filter from believing it: without it ten thousand samples with the same error count as ten thousand
-// witnesses. The hysteresis is followed, not estimated.
+// The filter has eight states: the state of charge; the voltages of the three RC elements; the present error of the
+// model, which varies (an Ornstein-Uhlenbeck process with the strength and the time constant of the fit's residuals);
+// the offset of the current sensor; the relative error of the counting, by the sensor's gain or the cell's capacity;
+// and the relative deviation of this cell's resistances from its model's. The duration of the model's error prevents
+// overconfidence: without it ten thousand samples with the same error would count as independent. The hysteresis is
+// computed, not estimated.
 //
-// What a voltage says of the charge is taken from a chord over the states of charge that are possible, not from a
+// The sensitivity of the voltage to the charge is that of a secant line over the possible states of charge, not of a
 // tangent at one of them (statistical linearisation; A. Gelb, Applied Optimal Estimation, MIT Press 1974, section 6.2),
-// and the resistances change along it, too: in the cold, near full and near empty, they say more than the open-circuit
-// voltage. What the line is off by, where the curve bends, is an error of the model as long as the charge is there: at
-// a knee the voltage says on which side of it the cell is, not where.
+// and the resistances change along it, too: in the cold, near full and near empty, they contribute more than the
+// open-circuit voltage. The deviation of the line from a bent curve is an error of the model as long as the charge is
+// there: at a knee the voltage shows on which side of it the cell is, not where.
 //
-// A voltage that the model finds hard to believe counts as one that is just hard to believe (P. Huber, Robust
-// Statistics, Wiley 1981, chapter 7).
+// An improbable voltage counts with an increased variance, with which it is just probable (P. Huber, Robust Statistics,
+// Wiley 1981, chapter 7).
 //
-// Cost: three looks at the model and some 400 multiplications; docs/performance.md has the figure.
+// Cost: three evaluations of the model and some 400 multiplications; docs/performance.md has the figure.
 #pragma once
 
 #include <array>
@@ -36,43 +36,43 @@ class SocFilter {
  public:
   /// `cell` must outlive the filter.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
-  /// The same tables, where they lie now. Before begin(): nothing.
+  /// Rebinds to the same tables at their new address. Before begin(): no effect.
   void move_to(const CellDynamics& cell) { cell_.move_to(cell); }
   [[nodiscard]] bool is_begun() const { return cell_.is_set(); }
-  /// Before begin(): nothing happens. `memo`: of the same model.
+  /// Before begin(): no effect. `memo`: of the same model.
   void update(const CellSample& sample, ModelMemo& memo);
   void update(const CellSample& sample) {
     ModelMemo memo;
     update(sample, memo);
   }
-  /// Somebody else knows the state of charge this well, one standard deviation above 0: the end of a charge does. What
-  /// is not a number says nothing.
+  /// Corrects the state of charge by that of another source, e.g. the end of a charge, with one standard deviation
+  /// above 0. Invalid values are ignored.
   void anchor(double soc, double sigma);
 
   [[nodiscard]] SocEstimate estimate() const;
-  /// How sure it would be if the model were right up to the errors that it knows: less than it tells, and what a filter
-  /// that goes on from here is to begin with (SocBegin::has_followed).
+  /// Standard deviation if the model were right up to the errors that it contains: smaller than the reported one, and
+  /// the initial value of a filter that continues from here (SocBegin::has_followed).
   [[nodiscard]] double model_sigma() const { return std::sqrt(p_[soc_at][soc_at]); }
-  /// How far this cell's resistances are above its model's: 0.4 is 40 % more.
+  /// Relative deviation of this cell's resistances from its model's: 0.4 is 40 % more.
   [[nodiscard]] double resistance_share() const { return x_[resistance_at]; }
-  /// How sure that is, one standard deviation.
+  /// One standard deviation of it.
   [[nodiscard]] double resistance_sigma() const { return std::sqrt(p_[resistance_at][resistance_at]); }
-  /// What the model's pairs hold back at the moment, of a cell with the model's resistances.
+  /// Present voltages of the RC elements, for a cell with the model's resistances.
   [[nodiscard]] std::array<double, CellDynamics::pairs> pair_V() const {
     return {x_[pair_at], x_[pair_at + 1], x_[pair_at + 2]};
   }
-  /// By how much too much is counted: the sensor's gain, or a capacity that is larger than the model's.
+  /// Share by which too much is counted: the sensor's gain, or a capacity that is larger than the model's.
   [[nodiscard]] double counting_share() const { return x_[counting_at]; }
-  /// What the sensor adds to every current.
+  /// Offset that the sensor adds to every current.
   [[nodiscard]] double offset_A() const { return x_[offset_at]; }
   [[nodiscard]] double hysteresis() const { return hysteresis_; }
-  /// The last voltage less what the model expected before it was told, and what had to be expected of that, squared: of
-  /// this one voltage, not of all that share its error.
+  /// Deviation of the last voltage from the model's prediction of it, and the expected variance of that deviation: for
+  /// this one voltage, not for all that share its error.
   [[nodiscard]] double innovation_V() const { return innovation_V_; }
   [[nodiscard]] double innovation_variance_V2() const { return innovation_variance_V2_; }
-  /// How far this cell is from being one of its model, 0 or more: from 1 on it is none. The farthest of three: what the
-  /// counting and the resistances are off by, as a share of the most that is learned; and the voltages of the last
-  /// minutes, in threes of standard deviations.
+  /// Mismatch of this cell and its model, 0 or more; from 1 on the cell is not one of this model. The largest of three:
+  /// the errors of the counting and of the resistances, as a share of the most that is learned; and the voltages of the
+  /// last minutes, in units of three standard deviations.
   [[nodiscard]] double misfit() const;
 
  private:
@@ -87,7 +87,7 @@ class SocFilter {
   };
   using Vector = std::array<double, size>;
 
-  /// The straight line that stands for the voltage over the states of charge that are possible, and what it is off by.
+  /// Secant line of the voltage over the possible states of charge, and its deviation from the curve.
   struct Chord {
     double slope_V = 0.0;
     double bend_V = 0.0;
@@ -95,10 +95,10 @@ class SocFilter {
 
   struct Current {
     double A = 0.0;
-    double kinetic_A = 0.0;  // what the charge transfer makes of it
+    double kinetic_A = 0.0;  // I0 * asinh(I / I0), for the charge transfer
   };
 
-  /// What a voltage may be off by itself, and what the model is for seconds, squared.
+  /// Variances of one voltage: of the measurement itself, and of the model for seconds.
   struct Errors {
     double sample_V2 = 0.0;
     double model_V2 = 0.0;
@@ -112,8 +112,8 @@ class SocFilter {
   void fade(const CellSample& sample, const CellPoint& point, ModelMemo& memo);
   void correct(const CellSample& sample, const CellDynamics::Row& row, const CellPoint& point);
   void follow_surprise(double left);
-  /// Takes in a number that is `innovation` more than expected, has this variance of its own and changes `by` so much
-  /// with each state; returns what had to be expected because of the states, squared.
+  /// Corrects the states by a measurement that is `innovation` above its prediction, with this variance of its own and
+  /// the sensitivity `by` to each state; returns the variance of the prediction by the states.
   double learn(const Vector& by, double innovation, double variance);
   [[nodiscard]] double voltage_V(const CellPoint& here, const CellPoint& there, const Current& current) const;
   [[nodiscard]] Chord chord(const CellPoint& here, const CellDynamics::Row& row, const Current& current) const;
@@ -126,11 +126,11 @@ class SocFilter {
   std::array<Vector, size> p_{};  // their covariance, symmetric
   double hysteresis_ = 0.0;
   double temperature_C_ = 25.0;
-  double true_current_A_ = 0.0;  // the mean of the last sample without what the sensor is thought to add
+  double true_current_A_ = 0.0;  // mean of the last sample without the estimated error of the sensor
   double innovation_V_ = 0.0;
   double innovation_variance_V2_ = 0.0;
   bool are_pairs_unknown_ = false;  // until the first current
-  double surprise_ = 0.0;           // squares of innovations against their variances, over some minutes
+  double surprise_ = 0.0;           // squares of innovations relative to their variances, mean over some minutes
   [[nodiscard]] bool are_fields_possible() const;
   BMU_FIELDS(cell_, sensor_, capacity_As_, x_, p_, hysteresis_, temperature_C_, true_current_A_, innovation_V_,
              innovation_variance_V2_, are_pairs_unknown_, surprise_)

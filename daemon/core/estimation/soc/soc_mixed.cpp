@@ -8,12 +8,12 @@ namespace bmu {
 
 namespace {
 
-constexpr double high_soc = 0.85;      // from here on the voltage is listened to
-constexpr double pull_time_s = 120.0;  // as long as it takes to follow it, without a current
+constexpr double high_soc = 0.85;      // from here on the voltage corrects the count
+constexpr double pull_time_s = 120.0;  // of that correction, without a current
 constexpr double resistance_doubt = 0.2;
 constexpr double voltage_doubt_V = 0.010;
 constexpr double empty_held_sigma = 0.03;
-constexpr double empty_held_s = 5.0;  // one damaged sample empties no cell
+constexpr double empty_held_s = 5.0;  // one damaged sample does not make a cell empty
 constexpr double slope_min_V = 0.2;
 
 }  // namespace

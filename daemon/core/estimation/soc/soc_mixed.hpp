@@ -1,13 +1,13 @@
-// State of charge as small battery computers did it for years, and as this system's ancestor of 2013 did: counting
-// where the open-circuit voltage says little, and where it says much the voltage, with what the current takes added
-// back; and empty is where the voltage ends.
+// State of charge by the method of small battery computers, and of this system's predecessor of 2013: counting where
+// the open-circuit voltage changes little, and where it changes much the voltage, compensated for the drop by the
+// current; the cell is empty where the voltage ends.
 //
-// High, where the curve is steep again, the compensated voltage pulls the count towards it, the more quickly the
-// smaller the current is: what the resistance takes is known to a fifth or so. Low, a voltage that, compensated, is
-// below that of an empty cell for five seconds sets it to empty. In between it is counting. It is here to be compared
-// with, and for whom a Kalman filter is too much to believe.
+// High, where the curve is steep again, the compensated voltage pulls the count towards it, the faster the smaller the
+// current is: the resistive drop is known to a fifth or so. Low, a compensated voltage below that of an empty cell for
+// five seconds sets it to empty. In between only the count is used. The method is a reference for comparisons, and an
+// alternative for users who do not trust a Kalman filter.
 //
-// Cost: one look at the model.
+// Cost: one evaluation of the model.
 #pragma once
 
 #include "daemon/core/estimation/soc/model_memo.hpp"
@@ -21,7 +21,7 @@ class SocMixed {
  public:
   /// `cell` must outlive the estimator.
   void begin(const CellDynamics& cell, const CurrentSensorError& sensor, const SocBegin& from, double temperature_C);
-  /// The same tables, where they lie now. Before begin(): nothing.
+  /// Rebinds to the same tables at their new address. Before begin(): no effect.
   void move_to(const CellDynamics& cell) {
     cell_.move_to(cell);
     counting_.move_to(cell);
@@ -34,7 +34,7 @@ class SocMixed {
     update(sample, memo);
   }
   [[nodiscard]] SocEstimate estimate() const { return counting_.estimate(); }
-  /// From now on it is this, and so sure: the end of a charge.
+  /// Sets the state of charge and its uncertainty: the end of a charge.
   void set(double soc, double sigma) { counting_.set(soc, sigma); }
 
  private:
@@ -43,7 +43,7 @@ class SocMixed {
   ModelPointer<CellDynamics> cell_;
   SocCoulomb counting_;
   double temperature_C_ = 25.0;
-  double empty_s_ = 0.0;  // so long its voltage has been that of an empty cell
+  double empty_s_ = 0.0;  // time for which its voltage has been that of an empty cell
   [[nodiscard]] bool are_fields_possible() const { return counting_.is_begun() == is_begun(); }
   BMU_FIELDS(cell_, counting_, temperature_C_, empty_s_)
 };

@@ -1,4 +1,4 @@
-// The cell file: measured tables, by themselves and in a file, and that what is written is read back.
+// Cell file: measured tables, alone and in a pack file, and the round trip of writing and reading.
 #include "config/cell_file/cell_config.hpp"
 
 #include <array>
@@ -32,7 +32,7 @@ Json json_of(const std::filesystem::path& file) {
   return Json::parse(stream, nullptr, true, true);
 }
 
-/// So many numbers in even steps.
+/// Evenly spaced numbers.
 std::vector<double> ramp(std::size_t count, double from, double step) {
   std::vector<double> numbers;
   for (std::size_t index = 0; index < count; ++index) numbers.push_back(from + step * static_cast<double>(index));
@@ -53,7 +53,7 @@ Json row_at(double temperature_C) {
           {"fast_error_time_s", 20}};
 }
 
-/// A cell that is shipped, with tables at two temperatures.
+/// Shipped cell, with tables at two temperatures.
 Json measured_cell() {
   Json cell = json_of(cell_file);
   cell["dynamics"] = {{"pair_time_constants_s", {6, 60, 350}},
@@ -82,7 +82,7 @@ std::string all_text(const ConfigProblems& problems) {
   return text;
 }
 
-/// Of a file that must be good.
+/// Parses a cell file that must be valid.
 CellFile cell_of(const std::string& text) {
   const auto cell = parse_cell_file(text, "cell.json");
   INFO((cell ? "" : all_text(cell.error())));
@@ -90,7 +90,7 @@ CellFile cell_of(const std::string& text) {
   return *cell;
 }
 
-/// Exactly one problem, which reads so.
+/// Requires exactly one error with this text.
 void refuses_cell(const Json& cell, const std::string& problem) {
   const auto read = parse_cell_file(cell.dump(), "cell.json");
   REQUIRE_FALSE(read);
@@ -107,7 +107,7 @@ void accepts(const std::vector<Change>& changes) {
   CHECK(read);
 }
 
-// --- what is read ---------------------------------------------------------------------------------------------------
+// --- reading --------------------------------------------------------------------------------------------------------
 
 TEST_CASE("every cell that is shipped loads by itself", "[unit][config]") {
   for (const auto& entry : std::filesystem::directory_iterator(config_directory / "cells")) {
@@ -133,7 +133,7 @@ TEST_CASE("what holds for all temperatures arrives in the units of the core", "[
   CHECK(dynamics.activation_K == 4'000.0);
   CHECK(dynamics.hysteresis_charge == Approx(0.03));
   CHECK(dynamics.charge_efficiency == 0.998);
-  // These are the file's own.
+  // These values come from the cell file itself.
   CHECK(dynamics.capacity_As == Approx(3 * 3'600));
   CHECK(dynamics.self_discharge_per_month == Approx(cell.model.self_discharge_permille_per_month / 1'000));
 }
@@ -174,7 +174,7 @@ TEST_CASE("the measured curve need not end where the table of the file does", "[
   accepts({{"/dynamics/rows/1/ocv_mV/0", 2'000}, {"/dynamics/rows/1/ocv_mV/50", 5'000}});
 }
 
-// --- what is refused ------------------------------------------------------------------------------------------------
+// --- rejected files -------------------------------------------------------------------------------------------------
 
 TEST_CASE("every key of the measured tables is required", "[unit][config]") {
   for (const std::string parent : {"/dynamics", "/dynamics/rows/1"}) {
@@ -238,7 +238,7 @@ struct RangeCase {
   std::string wanted;
 };
 
-/// Where nothing else holds a value down: one list rises, so that its ends are tried at its ends.
+/// Ranges of values that no other rule restricts; the lists that must rise are tested at their ends below.
 const std::vector<RangeCase> ranges{{"/dynamics/activation_K", 0, 10'000, "from 0 to 10000"},
                                     {"/dynamics/hysteresis_charge_permille", 1, 1'000, "from 1 to 1000"},
                                     {"/dynamics/charge_efficiency", 0.5, 1, "from 0.5 to 1"},
@@ -288,7 +288,7 @@ TEST_CASE("curve, time constants and temperatures rise", "[unit][config]") {
 }
 
 TEST_CASE("one mistake in the measured tables is one problem, several are told at once", "[unit][config]") {
-  // A curve with a hole is not blamed for not rising, nor the row behind a wrong temperature.
+  // A curve with one invalid point is not reported as not rising, nor is the row after an invalid temperature.
   refuses({{"/dynamics/rows/0/ocv_mV/7", 10'000}},
           "cell.json: /dynamics/rows/0/ocv_mV/7: found 10000, wanted a number from 500 to 6000");
   refuses({{"/dynamics/rows/0/temperature_C", 151}},
@@ -329,9 +329,9 @@ TEST_CASE("measured tables within a pack are told of with their whole path", "[u
         "pack.json: /cell/dynamics/rows/1/kinetic_mOhm/20: found -1, wanted a number from 0 to 100000\n");
 }
 
-// --- what is written ------------------------------------------------------------------------------------------------
+// --- writing --------------------------------------------------------------------------------------------------------
 
-/// Both as trees, their numbers compared.
+/// Compares both as trees, numbers with a tolerance.
 void same(const Json& one, const Json& other, double tolerance) {
   const Json flat = one.flatten();
   const Json other_flat = other.flatten();

@@ -1,4 +1,4 @@
-// What a cell file says of whole charges.
+// Section `charge_plateau` of a cell file.
 #include <filesystem>
 #include <fstream>
 #include <string>

@@ -1,4 +1,4 @@
-// What files say of currents: the cell's derating tables, parts, the user's limits, ramps and the limp-home floor.
+// Current limits in files: derating tables of the cell, components, user limits, ramps and the limp-home floor.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -183,7 +183,7 @@ TEST_CASE("no shipped cell is charged at freezing, and each is at its best from 
   }
 }
 
-// --- parts, user, ramps ---------------------------------------------------------------------------------------------
+// --- components, user, ramps ----------------------------------------------------------------------------------------
 
 Json pack_with(const std::vector<Change>& changes) {
   Json pack = json_of(config_directory / "packs/demo-48s.json");
@@ -321,7 +321,7 @@ TEST_CASE("ramps are what the file says, or all in a quarter of a second down an
   LimitRampConfig ramp = core_of({}).limit_ramp;
   CHECK(ramp.discharge_fall_mA_per_s == 320'000);
   CHECK(ramp.discharge_rise_mA_per_s == 8'000);
-  CHECK(ramp.charge_fall_mA_per_s == 100'000);  // the peak that is left out is the warning, 25 A
+  CHECK(ramp.charge_fall_mA_per_s == 100'000);  // the omitted peak defaults to the warning, 25 A
   CHECK(ramp.charge_rise_mA_per_s == 2'500);
   ramp = core_of({{"/limit_ramp",
                    {{"discharge_fall_A_per_s", 12.5},

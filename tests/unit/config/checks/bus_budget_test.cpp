@@ -1,4 +1,4 @@
-// What a pack asks of its bus at worst: the bound of a cycle and the load, by hand.
+// Worst-case bus load of a pack: the longest poll cycle and the load, calculated by hand.
 #include "config/checks/bus_budget.hpp"
 
 #include "config/checks/bus_guests.hpp"
@@ -32,10 +32,10 @@ TEST_CASE("the longest cycle is turnaround, POLL, answers, and what cannot be av
   CHECK(cycle_time_max(config, all_wants, 1'000) == 2ms + 1'485us);
   CHECK(cycle_time_max(config, all_wants, 500) == 2ms + 2'970us);
   CHECK(cycle_time_max(config, {}, 500) == 2ms + 2'700us);
-  // With a unit: twice its word and twice the command.
+  // With a PDU: its status twice and the command twice.
   config.contactors.has_pdu = true;
   CHECK(cycle_time_max(config, all_wants, 500) == 2ms + 2'970us + 4 * 270us);
-  // 19 modules end within 50 ms, 20 begin another period of both.
+  // The cycle of 19 modules ends within 50 ms; that of 20 extends into another period of both.
   CHECK(cycle_time_max(pack_of(19), all_wants, 500) == 2ms + (2 + 171 + 4) * 270us);
   CHECK(cycle_time_max(pack_of(20), all_wants, 500) == 2ms + (2 + 180 + 6) * 270us);
 }
@@ -49,12 +49,12 @@ TEST_CASE("between two polls there is room for two modules asked alone besides",
   config.contactors.has_pdu = false;
   CHECK(period_min(config, 500) == 2ms + (20 + 2 * 10) * 270us);
   CHECK(period_min(config, 1'000) == 2ms + (20 + 2 * 10) * 135us);
-  // Never more than two, and the largest module counts for both.
+  // At most two single polls, and the largest module counts for both.
   config = pack_of(3);
   config.contactors.has_pdu = false;
   config.modules[0].cell_count = config.modules[1].cell_count = 9;
   CHECK(period_min(config, 500) == 2ms + (2 + 8 + 8 + 9 + 2 * 10) * 270us);
-  // What goes ahead does so for as long: three periods of both in more than 50 ms.
+  // Frames of higher priority count for the whole time: three periods of both in more than 50 ms.
   CHECK(cycle_time_max(pack_of(18), all_wants, 500) == 2ms + (2 + 162 + 4) * 270us);
   CHECK(period_min(pack_of(18), 500) == 2ms + (2 + 162 + 20 + 6) * 270us);
 }
@@ -65,7 +65,7 @@ TEST_CASE("temperatures and identities are asked for in their own time at every 
   config.poll = {.period = 100ms, .temperature_every = 1};
   constexpr std::int64_t sensed = 5'750 + 2 * 1'916;
   const auto load_at = [&](Duration period) { return bus_load_permille(config, period, 1); };
-  // POLL, STATUS, four of CELLS and MODULE as often as there is a POLL; TEMP ten times a second, IDENT every 10 s.
+  // POLL, STATUS, four of CELLS and MODULE with every POLL; TEMP ten times a second, IDENT every 10 s.
   CHECK(load_at(100ms) == 7 * 135 * 10 + 2 * 135 * 10 + 13 + sensed);
   CHECK(load_at(50ms) == 7 * 135 * 20 + 2 * 135 * 10 + 13 + sensed);
   CHECK(load_at(500ms) == 7 * 135 * 2 + 2 * 135 * 2 + 13 + sensed);
@@ -76,7 +76,7 @@ TEST_CASE("temperatures and identities are asked for in their own time at every 
 TEST_CASE("the load is what all messages take in their periods", "[unit][config][bus_budget]") {
   CoreConfig config = pack_of(1);
   config.contactors.has_pdu = false;
-  // A POLL and 8 answers ten times a second, IDENT every ten; 50 currents and 2 x 16.7 voltages of 115 bits.
+  // A POLL and 8 answers ten times a second, IDENT every ten seconds; 50 currents and 2 x 16.7 voltages of 115 bits.
   constexpr std::int64_t polled = 9 * 135 * 10 + 13;
   constexpr std::int64_t sensed = 5'750 + 2 * 1'916;
   CHECK(bus_load_permille(config, 100ms, 500) == (polled + sensed + 499) / 500);
@@ -101,14 +101,14 @@ namespace {
 /// The nine messages of a pack to its vehicle: three of eight bytes, one of seven, five of six, each once a second.
 constexpr std::int64_t reports_bits = 3 * 135 + 125 + 5 * 115;
 
-/// Everybody on the wires of the modules.
+/// All devices are on the bus of the modules.
 CoreConfig on_one_bus() {
   CoreConfig config = pack_of(1);
   config.served_by = {};
   return config;
 }
 
-/// What a change of the configuration adds, in bits a second.
+/// Bus load added by a change of the configuration, in bit/s.
 template <class Change>
 std::int64_t added(Change change) {
   CoreConfig config = on_one_bus();
@@ -124,17 +124,17 @@ TEST_CASE("the messages to the vehicle are nine a second, as long as they are", 
   apart.served_by[static_cast<std::size_t>(Port::vehicle)] = Port::vehicle;
   CHECK(bus_load_permille(on_one_bus(), 100ms, 1) - bus_load_permille(apart, 100ms, 1) == reports_bits);
   CHECK(guest_load_permille(apart, Port::vehicle, 1) == reports_bits);
-  CHECK(guest_load_permille(on_one_bus(), Port::vehicle, 1) == 0);  // another serves it
+  CHECK(guest_load_permille(on_one_bus(), Port::vehicle, 1) == 0);  // served by the port of the internal bus
 }
 
 TEST_CASE("chargers take what their own frames take, unit by unit", "[unit][config][bus_budget][BMU_11]") {
   const ChargerDriver* const elcon = find_device("elcon_tc")->charger;
-  // 29 bits and eight bytes: a command twice a second, a report once.
+  // 29-bit identifiers and eight bytes: a command twice per second, a report once.
   for (std::uint8_t units = 1; units <= 4; ++units) {
     CHECK(added([&](CoreConfig& config) { config.charger = {.driver = elcon, .unit_count = units}; }) ==
           units * 3 * 160);
   }
-  // Seven bytes, four, twice eight ten times a second; eight and five once.
+  // Seven bytes, four bytes and twice eight bytes ten times per second; eight and five bytes once.
   const ChargerDriver* const brusa = find_device("brusa_nlg5")->charger;
   CHECK(added([&](CoreConfig& config) { config.charger.driver = brusa; }) == 10 * (125 + 95 + 2 * 135) + 135 + 105);
 }
@@ -143,7 +143,7 @@ TEST_CASE("sensors of others, an insulation monitor and a second pack take their
   CHECK(added([](CoreConfig& config) { config.sensor.first = find_device("lem_cab")->current; }) == 100 * 135);
   CHECK(added([](CoreConfig& config) { config.insulation.driver = find_device("iso165c")->insulation; }) == 115);
   CHECK(added([](CoreConfig& config) { config.second_pack.base_id = 0x640; }) == reports_bits);
-  // On another bus they take nothing of this one.
+  // On another bus they add no load to this one.
   CHECK(added([](CoreConfig& config) {
           config.served_by[static_cast<std::size_t>(Port::charger)] = Port::charger;
           config.insulation = {.driver = find_device("iso165c")->insulation, .bus = Port::charger};
@@ -165,12 +165,12 @@ TEST_CASE("others with a lower identifier than an answer go ahead of it", "[unit
   CoreConfig config = on_one_bus();
   config.contactors.has_pdu = false;
   const Duration alone = *cycle_time_max(config, all_wants, 500);
-  CHECK(alone == 2ms + 11 * 270us);  // the vehicle's messages are weaker
+  CHECK(alone == 2ms + 11 * 270us);  // the vehicle messages have a lower priority
   config.charger = {.driver = find_device("elcon_tc")->charger, .unit_count = 4};
   config.sensor.first = find_device("lem_cab")->current;
-  CHECK(cycle_time_max(config, all_wants, 500) == alone);  // and so are these
+  CHECK(cycle_time_max(config, all_wants, 500) == alone);  // a lower priority, too
   config.insulation.driver = find_device("iso165c")->insulation;
-  CHECK(cycle_time_max(config, all_wants, 500) == alone + 2 * 230us);  // 037h is not: 115 bits, twice
+  CHECK(cycle_time_max(config, all_wants, 500) == alone + 2 * 230us);  // 037h has a higher one: 115 bits, twice
   config.second_pack.base_id = 0x010;
   CHECK(cycle_time_max(config, all_wants, 500) == alone + 2 * 230us + 2 * reports_bits * 2us);
   CHECK(goes_ahead({.id = 0x0C00'0000, .is_extended = true}, 0x301));

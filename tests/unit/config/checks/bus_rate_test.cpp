@@ -1,4 +1,4 @@
-// The bit rate an interface really has, against a pack file: which difference is none, which fits, and which refuses.
+// Check of the actual bit rate of an interface against a pack file: matching, tolerated and rejected differences.
 #include "config/checks/bus_rate.hpp"
 
 #include <string>
@@ -22,7 +22,7 @@ PackConfig pack_at(const std::string& file, const std::string& bus = "can0") {
   return *pack;
 }
 PackConfig small() {
-  return pack_at("demo-48s.json");  // 4 modules, every 100 ms: 47.4 ms at 125 kbit/s, and 71.1 with two asked alone
+  return pack_at("demo-48s.json");  // 4 modules, every 100 ms: 47.4 ms at 125 kbit/s, and 71.1 with two single polls
 }
 PackConfig large() {
   return pack_at("traction-16x12.json");  // 16 modules, every 50 ms: 47.9 ms at 500 kbit/s, and more at 480
@@ -32,7 +32,7 @@ RateVerdict verdict(const PackConfig& pack, std::int64_t bit_per_s) {
   return judge_rate(pack, "pack.json", bit_per_s).verdict;
 }
 
-/// A port with nothing but a bit rate.
+/// Port that provides a bit rate only.
 class RatedPort final : public test::QuietPort {
  public:
   [[nodiscard]] std::uint32_t rate_bit_per_s() const override { return rate; }
@@ -97,7 +97,7 @@ TEST_CASE("an age that has no room for a lost answer at the real rate is too slo
 TEST_CASE("a fast pace that the file names must fit, one that it leaves out follows", "[unit][config][bus_rate]") {
   PackConfig pack = small();
   CHECK(pack.core.poll.fast_period == 50ms);
-  CHECK(at_rate(pack, 125'000).core.poll.fast_period == 75ms);  // 71.1 ms with two asked alone
+  CHECK(at_rate(pack, 125'000).core.poll.fast_period == 75ms);  // 71.1 ms with two single polls
   CHECK(at_rate(pack, 125'000).buses.internal_kbit_per_s == 125);
   CHECK(at_rate(pack, 1'000'000).core.poll.fast_period == 50ms);
   pack.poll_in_file.fast_period = pack.core.poll.fast_period;
@@ -115,7 +115,7 @@ TEST_CASE("each bit rate that is found is told once", "[unit][shell][bus_rate]")
   CHECK(watch.update(port));
   CHECK(watch.severity(true) == Severity::info);
   CHECK_FALSE(watch.update(port));
-  // Gone, and back as it was.
+  // The bit rate becomes unknown, and is then the same as before.
   port.rate = 0;
   CHECK_FALSE(watch.update(port));
   CHECK(watch.finding().verdict == RateVerdict::unknown);

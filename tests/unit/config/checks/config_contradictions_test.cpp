@@ -1,5 +1,5 @@
-// Keys of a pack file that are right by themselves and contradict each other, or make a pack that is not guarded; and
-// what follows from others where it is left out.
+// Pack-file keys that are valid alone but contradict each other or leave the pack unprotected; and defaults that are
+// derived from other keys.
 #include <string>
 #include <vector>
 
@@ -45,7 +45,7 @@ TEST_CASE("a hysteresis is smaller than the distance of warning and opening", "[
 }
 
 TEST_CASE("undervoltage lies below overvoltage with room between", "[unit][config]") {
-  // 4200 - 20 - 50 = 4130: there the two meet.
+  // 4200 - 20 - 50 = 4130: here the two warnings and their hystereses meet.
   accepts({{"/limits/cell_undervoltage/warn_mV", 4'129}});
   refuses({{"/limits/cell_undervoltage/warn_mV", 4'130}}, "/limits/cell_undervoltage/warn_mV", "less than 4130");
   refuses({{"/limits/cell_undertemperature/warn_dC", 470}}, "/limits/cell_undertemperature/warn_dC", "less than 460");
@@ -75,7 +75,8 @@ TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config]
   refuses(
       {{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
       "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
-  // A temperature that crosses its limit just behind the module's sample waits for the next one, and for the poll.
+  // A temperature that crosses its limit just after the module's sample is measured with the next sample and read with
+  // the next poll.
   accepts({{"/limits/cell_overtemperature/confirm_ms", 340}});
   refuses(
       {{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
@@ -204,7 +205,7 @@ TEST_CASE("limits that guard nothing, or cross each other, are refused with what
   refuses({{"/limits/cell_deep_discharge", deep}, {"/limits/cell_deep_discharge/open_mV", 2'499}},
           "/limits/cell_deep_discharge/open_mV",
           "found 2499, wanted at least 2500, the cell's absolute voltage_min_mV");
-  // 420 - 20 - 10 = 390: there the two meet.
+  // 420 - 20 - 10 = 390: here the two warnings and their hystereses meet.
   accepts({{"/limits/charge_undertemperature/limit_dC", 389}, {"/limits/charge_undertemperature/warn_dC", 389}});
   refuses({{"/limits/charge_undertemperature/limit_dC", 390}, {"/limits/charge_undertemperature/warn_dC", 390}},
           "/limits/charge_undertemperature/warn_dC",
@@ -350,7 +351,7 @@ TEST_CASE("what a pack file leaves out follows from the cell and from the limits
   REQUIRE(pack.has_value());
   const LimitsConfig& limits = pack->core.limits;
   CHECK(limits.charge_overtemperature == limits.cell_overtemperature);
-  CHECK(limits.charge_undertemperature.open == 0);  // cells may be discharged below, but not charged
+  CHECK(limits.charge_undertemperature.open == 0);  // below it, cells may be discharged, but not charged
   CHECK(limits.cell_deep_discharge.open == pack->core.cell.voltage_min_uV);
   CHECK(limits.cell_deep_discharge.warn < limits.cell_undervoltage.open);
   CHECK(limits.cell_imbalance.open == (limits.cell_overvoltage.open - limits.cell_undervoltage.open) / 2);
@@ -379,7 +380,7 @@ TEST_CASE("the insulation limit is so many ohms for each volt of a full pack, an
   insulation["open_min_Ohm"] = 100 * full_V + 1'000;
   CHECK(limit_with(insulation).open == 100 * full_V + 1'000);
   CHECK(limit_with(insulation).warn / 300 == full_V);
-  // The warning stays above the fault.
+  // The warning threshold stays above the fault threshold.
   insulation["open_min_Ohm"] = 1'000'000;
   CHECK(limit_with(insulation).open == 1'000'000);
   CHECK(limit_with(insulation).warn == 1'100'000);
@@ -485,7 +486,7 @@ TEST_CASE("a fast pace is not slower, a parked one not faster, left out they fol
   const auto large = load_pack_config(packs_directory / "traction-16x12.json");
   REQUIRE(large);
   CHECK(large->core.poll.period == 50ms);
-  CHECK(large->core.poll.fast_period == 50ms);  // 16 modules need nearly all of it, should two be asked alone
+  CHECK(large->core.poll.fast_period == 50ms);  // 16 modules with two single polls need nearly all of it
 }
 
 TEST_CASE("a board limit that the pack file names is the modules' own, too", "[unit][config][MMU_2]") {
@@ -594,7 +595,7 @@ TEST_CASE("protocols that clash on one bus are refused with both names", "[unit]
           "628 would be both the messages to the vehicle and the messages of the second pack");
   accepts({{"/second_pack", second("617")}});
   refuses({{"/second_pack", second("618")}}, "/second_pack/base_id", "620 would be both");
-  // Another bus is another matter, but for the internal bus's own.
+  // On another bus only the identifiers of the internal bus remain reserved.
   accepts({{"/second_pack", second("620")}, {"/buses/second_pack", "can7"}});
   refuses({{"/second_pack", second("340")}, {"/buses/second_pack", "can7"}}, "/second_pack/base_id", "340 is COMMAND");
   accepts({{"/vehicle/request_id", "745"}});
@@ -671,7 +672,8 @@ TEST_CASE("a bus that the cyclic cell data fill is warned of, and one that they 
   PackConfig with_data = pack_with({{"/vehicle/cell_voltages_id", "650"},
                                     {"/vehicle/cell_temperatures_id", "651"},
                                     {"/vehicle/cell_data_period_ms", 220}});
-  // Slower than a pack file may say: at its slowest, 125 kbit/s, the cell data alone take 11 % at most.
+  // Slower than a pack file permits: at the lowest permitted bit rate, 125 kbit/s, the cell data alone take 11 % at
+  // most.
   const auto problems_at = [](PackConfig& pack, std::int32_t rate_kbit_per_s) {
     pack.interfaces.vehicle_kbit_per_s = rate_kbit_per_s;
     ProblemList problems;
@@ -707,7 +709,7 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   const ChargerConfig& read = pack->core.charger;
   REQUIRE(read.driver != nullptr);
   CHECK(read.driver->name == "elcon_tc");
-  CHECK(read.cell_full_uV == 4'180'000);  // where the curve ends; the warning is at 4.20 V
+  CHECK(read.cell_full_uV == 4'180'000);  // end of the curve; the warning is at 4.20 V
   CHECK(read.voltage_max_mV == 201'600);  // 48 cells at the warning, which is less than half a percent above
   CHECK(read.current_max_mA == pack->core.current.charge_continuous_mA);
   CHECK(read.end_current_mA == 1'500);      // 30 Ah in 20 hours
@@ -724,7 +726,7 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   refuses(charger({{"end_current_mA", 10'001}}), "/charger/end_current_mA", "at most half");
   refuses(charger({{"voltage_max_mV", 200'639}}), "/charger/voltage_max_mV", "at least 200640");
   accepts(charger({{"voltage_max_mV", 200'640}}));
-  accepts(charger({{"current_max_mA", 1'000}}));  // its end is at less, then
+  accepts(charger({{"current_max_mA", 1'000}}));  // the end current is lower then
   accepts(charger({{"voltage_max_mV", 203'040}}));
   refuses(charger({{"voltage_max_mV", 203'041}}), "/charger/voltage_max_mV", "at most 203040");
   accepts(charger({{"resume_below_permille", 900}, {"opens_when_full", false}}));
@@ -755,10 +757,10 @@ TEST_CASE("a window of full cells that balancing cannot reach is warned of", "[u
         "pack.json: /charger/balance_window_mV: found 12, wanted at least 13, which balancing leaves: "
         "balancing/dead_band_mV, 5, and twice the cell's hysteresis_mV");
   CHECK(warnings_with(elcon(13)).empty());
-  CHECK(warnings_with(elcon(0)).empty());  // as wide as that
+  CHECK(warnings_with(elcon(0)).empty());  // the width that balancing leaves
   CHECK(warnings_with(elcon(0), {{"/balancing/dead_band_mV", 50}}).empty());
   CHECK(warnings_with(elcon(13), {{"/balancing/dead_band_mV", 6}}).size() == 1);
-  // Nobody balances, or not by voltages; or no charger waits.
+  // Balancing disabled or not based on voltages, or no charger.
   CHECK(warnings_with(elcon(1), {{"/balancing/enabled", false}}).empty());
   CHECK(warnings_with(elcon(1), {{"/balancing/method", "charge"}}).empty());
   CHECK(warnings_with(Json{{"balance_window_mV", 1}}).empty());
@@ -769,7 +771,7 @@ TEST_CASE("a charger's identifiers clash with others on its bus only, and are na
   accepts({{"/charger", brusa}});
   refuses({{"/charger", brusa}, {"/vehicle/base_id", "612"}}, "/charger/protocol", "Brusa NLG5 charger");
   accepts({{"/charger", brusa}, {"/vehicle/base_id", "612"}, {"/buses/charger", "can7"}});
-  // 29 bits are other identifiers than 11.
+  // 29-bit identifiers never equal 11-bit ones.
   accepts({{"/charger", Json{{"protocol", "elcon_tc"}}}, {"/vehicle/base_id", "0F0"}});
 }
 

@@ -1,5 +1,4 @@
-// How often a pack asks, how old an answer may be, and what of it a bus can carry: what is refused, and what is warned
-// of.
+// Poll rates, maximum ages of answers and the resulting bus load: rejected values and warnings.
 #include <string>
 #include <vector>
 
@@ -45,7 +44,7 @@ std::vector<Change> large(int modules, int rate_kbit_per_s, int age_ms) {
 }
 
 TEST_CASE("a cycle that does not fit between two polls is refused, with what would do", "[unit][config][BMS_F.2]") {
-  // 35 modules take 89.2 ms, and 94.6 with two asked alone; 38 take 96.5 and 102.4.
+  // 35 modules take 89.2 ms, and 94.6 with two single polls; 38 take 96.5 and 102.4.
   std::vector<Change> tight = large(35, 500, 290);
   tight.push_back({"/poll/period_ms", 94});
   refuses(tight, "/poll/period_ms", "at least 95 at 500 kbit/s, or buses/internal_kbit_per_s 1000");
@@ -64,7 +63,7 @@ TEST_CASE("a cycle that does not fit between two polls is refused, with what wou
 }
 
 TEST_CASE("a fast pace whose answers do not fit is refused, with what would do", "[unit][config][BMS_F.2]") {
-  // 16 modules take 42.5 ms at 500 kbit/s, 47.9 with two asked alone.
+  // 16 modules take 42.5 ms at 500 kbit/s, 47.9 with two single polls.
   const auto with_fast = [](int fast_ms, int rate_kbit_per_s) {
     std::vector<Change> changes = large(16, rate_kbit_per_s, 290);
     changes.push_back({"/poll/fast_period_ms", fast_ms});
@@ -76,7 +75,7 @@ TEST_CASE("a fast pace whose answers do not fit is refused, with what would do",
   accepts(with_fast(48, 500));
   accepts(with_fast(49, 500));
   accepts(with_fast(47, 1'000));
-  // Where the normal period is too short for the answers, both are said, and each with its own way out.
+  // If the normal period is too short for the answers, both keys are reported, each with its own remedy.
   std::vector<Change> both = large(38, 500, 290);
   both.push_back({"/poll/fast_period_ms", 60});
   const auto parsed = parse(changed(both).dump());
@@ -121,7 +120,7 @@ TEST_CASE("an age must have room for a lost answer and the longest cycle", "[uni
           "at least 253: twice the poll period and 53 ms, which all answers may take");
   accepts(large(20, 500, 253));
   accepts(large(63, 1'000, 280));  // 79.6 ms
-  // Results of the sensor wait for the answers; the word of the unit goes ahead of them.
+  // Sensor results wait for the answers; the PDU status has a higher priority.
   std::vector<Change> changes = large(20, 500, 253);
   changes.push_back({"/ages/pack_current_ms", 92});
   refuses(changes, "/ages/pack_current_ms", "at least 93");
@@ -158,8 +157,8 @@ TEST_CASE("who else is on the modules' bus counts for its load", "[unit][config]
 
 TEST_CASE("a bus without modules is refused if what is on it does not fit, and warned of above 70 %",
           "[unit][config][BMS_F.2]") {
-  // A LEM CAB's hundred frames of 135 bits a second and nine of ours: 14.6 kbit/s. It has 500 kbit/s only, and a file
-  // with less is refused for that (device_rates_test.cpp).
+  // A LEM CAB sends 100 frames of 135 bits per second, the daemon nine: 14.6 kbit/s. The CAB supports 500 kbit/s only,
+  // and a file with less is rejected for that reason (device_rates_test.cpp).
   const auto parsed = parse(
       changed({{"/buses/internal", "can0"},
                {"/buses/vehicle", "can1"},
@@ -229,7 +228,8 @@ TEST_CASE("ages of temperatures follow how often they are asked for", "[unit][co
            {"/limits/charge_overtemperature/confirm_ms", 90},
            {"/limits/charge_undertemperature/confirm_ms", 90},
            {"/limits/cell_undertemperature/confirm_ms", 90}});
-  // Every third poll there is a sample each 300 ms: no age can both be met by that and let cold open in 950 ms.
+  // With every third poll a sample arrives every 300 ms: no maximum age both tolerates that and lets a low temperature
+  // open within 950 ms.
   refuses(
       {{"/poll/temperature_every", 3}, {"/ages/temperature_ms", 650}, {"/limits/cell_overtemperature/confirm_ms", 140}},
       "/ages/temperature_ms", "at most 500 where a sample comes every 300 ms");

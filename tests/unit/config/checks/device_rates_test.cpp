@@ -1,4 +1,4 @@
-// At which bit rate a bus of the pack file runs, and which devices cannot be on it.
+// Bit rates of the buses in a pack file, and devices that do not support them.
 #include "config/checks/device_rates.hpp"
 
 #include "config/checks/identifier_checks.hpp"
@@ -12,7 +12,7 @@ namespace {
 const Json lem_on_charger_bus{{"current_protocol", "lem_cab"}, {"bus", "charger"}};
 const Json elcon{{"protocol", "elcon_tc"}};
 
-/// The pack of these tests with a bus for the vehicle that the modules are not on.
+/// Test pack with a vehicle bus that is separate from the bus of the modules.
 std::vector<Change> apart(std::vector<Change> changes) {
   changes.push_back({"/buses/vehicle", "can1"});
   return changes;
@@ -24,13 +24,13 @@ TEST_CASE("a bit rate that a device on the bus cannot have is refused, with thos
           "found 250, wanted 500, the only bit rate of LEM CAB 300 / CAB 500 current sensor (sensor/current_protocol)");
   accepts({{"/sensor", lem}, {"/buses/internal_kbit_per_s", 500}});
 
-  // On the vehicle's bus, where the chargers are unless the file names another.
+  // The chargers are on the vehicle bus unless the file names another.
   refuses(apart({{"/charger", elcon}, {"/interfaces/vehicle_kbit_per_s", 125}}), "/interfaces/vehicle_kbit_per_s",
           "found 125, wanted 250 or 500, the bit rates of Elcon / TC (HK-J) charger (charger/protocol)");
   for (const int kbit_per_s : {250, 500}) {
     accepts(apart({{"/charger", elcon}, {"/interfaces/vehicle_kbit_per_s", kbit_per_s}}));
   }
-  // Of a bus that no interface of its own has, nothing is used.
+  // The bit rate of a bus without its own interface is not used.
   accepts(apart({{"/charger", elcon}, {"/interfaces/charger_kbit_per_s", 125}}));
   refuses({{"/charger", elcon}, {"/buses/charger", "can7"}, {"/interfaces/charger_kbit_per_s", 125}},
           "/interfaces/charger_kbit_per_s", "250 or 500");

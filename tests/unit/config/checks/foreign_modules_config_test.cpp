@@ -1,4 +1,4 @@
-// What a pack file may ask of modules of another maker, and what it may not.
+// Pack-file settings that are permitted or rejected with modules of another manufacturer.
 #include <string>
 
 #include "config/checks/bus_budget.hpp"
@@ -9,7 +9,7 @@
 namespace bmu {
 namespace {
 
-/// The small pack of these tests with eight modules of an i3, or some of an Outlander, and what they ask for.
+/// Test pack with modules of an i3 or an Outlander, and the settings that they require.
 std::vector<Change> with(const std::string& protocol, int modules, int cells, const std::vector<Change>& more = {}) {
   Json nodes = Json::array();
   for (int node = 1; node <= modules; ++node) nodes.push_back(node);
@@ -104,7 +104,7 @@ TEST_CASE("an inverter may be on the bus of another maker's modules", "[unit][co
     accepts(outlander({{"/inverter", {{"protocol", form}}}}));
     refuses({{"/inverter", {{"protocol", form}}}}, "/inverter/protocol", "351 would be both COMMAND to a module");
   }
-  // Another protocol there clashes as ever.
+  // Another protocol on this bus clashes as usual.
   refuses(i3({{"/inverter", {{"protocol", "sma"}}}, {"/vehicle/base_id", "00A"}}), "/inverter/protocol",
           "would be both the messages to the vehicle and SMA battery inverter (Sunny Island)");
 }
@@ -112,7 +112,7 @@ TEST_CASE("an inverter may be on the bus of another maker's modules", "[unit][co
 TEST_CASE("the answers of another maker's modules have their room on the bus", "[unit][config][foreign_modules]") {
   const CoreConfig own = load({}).core;
   CoreConfig foreign = load(i3()).core;
-  const std::int64_t frames = 4 + 4 * 10;  // questions and answers
+  const std::int64_t frames = 4 + 4 * 10;  // requests and answers
   CHECK(bus_load_permille(foreign, 100ms, 500) > frames * 10 * 111 / 500);
   const auto longer = cycle_time_max(foreign, all_wants, 125);
   const auto shorter = cycle_time_max(foreign, all_wants, 500);

@@ -1,4 +1,4 @@
-// The section of the inverter: what it may hold, what is refused and in which words, and what clashes with it.
+// Section `inverter`: accepted values, rejected values with their error texts, and identifier clashes.
 #include "config/checks/identifier_checks.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/changed_pack.hpp"
@@ -6,7 +6,7 @@
 namespace bmu {
 namespace {
 
-/// An inverter on a bus of its own, with these keys.
+/// Inverter on its own bus, with these keys.
 std::vector<Change> inverter(const Json& more, const std::string& bus = "can7") {
   Json all{{"protocol", "pylontech"}};
   all.update(more);
@@ -71,7 +71,7 @@ TEST_CASE("a name for the maker is padded, and none is the protocol's own", "[un
 }
 
 TEST_CASE("an inverter on the bus of the modules is refused with both names", "[unit][config][identifiers][inverter]") {
-  // The demonstration has one bus for all.
+  // The demonstration pack has one bus for everything.
   refuses({{"/inverter", Json{{"protocol", "sma"}}}}, "/inverter/protocol",
           "351 would be both COMMAND to a module and the limits for the SMA battery inverter (Sunny Island)");
   accepts(inverter(Json::object()));
@@ -80,7 +80,8 @@ TEST_CASE("an inverter on the bus of the modules is refused with both names", "[
 TEST_CASE("an inverter's identifiers clash with others on its bus, and both are named",
           "[unit][config][identifiers][inverter]") {
   accepts(with(inverter(Json::object()), {"/buses/vehicle", "can7"}));
-  // Of all identifiers of the three, 305 to 379, the internal bus has others; only SMA's standby could be another's.
+  // The identifiers 305 to 379 of the three protocols are in a range that is reserved for the internal bus; only SMA's
+  // standby can clash with another message.
   const std::vector<Change> sma = with(inverter({{"protocol", "sma"}}), {"/buses/vehicle", "can7"});
   accepts(sma);
   refuses(with(sma, {"/vehicle/base_id", "00A"}), "/inverter/protocol",

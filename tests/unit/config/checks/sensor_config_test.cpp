@@ -1,4 +1,4 @@
-// Sensors of other makers in a pack file: who is what, and what cannot be.
+// Sensors of other manufacturers in a pack file: their roles, and rejected combinations.
 #include <algorithm>
 #include <string>
 
@@ -114,7 +114,7 @@ TEST_CASE("sensors whose identifiers clash with others on their bus are refused 
             Json{{"has_second_current", true}, {"current_protocol", "lem_cab"}, {"second_protocol", "lem_cab"}}}},
           "/sensor/second_protocol", "LEM CAB 300 / CAB 500 current sensor (sensor/current_protocol)");
   const Json ivt{{"protocol", "ivt_s"}};
-  // The vehicle's messages at the sensor's command: one bus, or two.
+  // Vehicle messages with the identifier of the sensor's command: on one bus, and on two.
   const auto shared =
       changed({{"/sensor", ivt}, {"/vehicle/base_id", "40F"}, {"/buses/vehicle", valid_pack()["buses"]["internal"]}});
   const ConfigProblems problems = problems_of(shared.dump());
@@ -157,7 +157,7 @@ TEST_CASE("a sensor with frames of its own takes its share of the bus", "[unit][
   const auto own = load({{"/sensor", Json{{"has_second_current", true}}}});
   const auto lem = load(two_sensors);
   CHECK(own > none);
-  CHECK(lem > own);  // a hundred times a second
+  CHECK(lem > own);  // 100 messages per second
   const std::vector<Change> apart{{"/buses/internal", "can0"}, {"/buses/vehicle", "can1"}};
   std::vector<Change> lem_apart = apart;
   lem_apart.push_back(

@@ -1,4 +1,4 @@
-// The parser's tables of fields are the truth; the page for people and the schema for editors are held against them.
+// Comparison of the documentation page and the editor schema with the parser's field tables, which are authoritative.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -124,7 +124,7 @@ std::string meaning_of(const std::string& section_path) {
   return "";
 }
 
-/// A table for each object of the file.
+/// Renders one table per object of the file.
 std::string tables() {
   std::string page;
   std::string object = "none yet";
@@ -170,10 +170,10 @@ TEST_CASE("docs/configuration.md names the keys that are no plain fields", "[uni
 
 // --- the schema -----------------------------------------------------------------------------------------------------
 
-/// By path: the schema of a key, and whether its object requires it.
+/// Schema of a key, and whether its object requires it; by path.
 using SchemaKeys = std::map<std::string, std::pair<JsonValue, bool>>;
 
-/// All properties below an object's schema, by path; objects themselves only as containers.
+/// Collects all properties below an object's schema by path; objects themselves only as containers.
 void collect(const JsonValue& object, const std::string& path, SchemaKeys& keys) {
   CHECK(object.at("additionalProperties") == false);
   const JsonValue required = object.value("required", JsonValue::array());
@@ -188,7 +188,7 @@ void collect(const JsonValue& object, const std::string& path, SchemaKeys& keys)
   }
 }
 
-/// The names of outputs under an object, each of which is described elsewhere.
+/// Removes the names of outputs under an object, after checking that each refers to this definition.
 void erase_references(const std::string& object, std::size_t count, const std::string& definition, SchemaKeys& keys) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::string path = object + "/" + std::string(gpio_output_names.at(i));
@@ -199,7 +199,7 @@ void erase_references(const std::string& object, std::size_t count, const std::s
   }
 }
 
-/// Those an editor offers: an entry for another fault is refused.
+/// Faults that an editor offers; an entry for any other fault is rejected.
 std::vector<std::string> names_that_can_be_stricter() {
   std::vector<std::string> names;
   for (const FaultRow& row : fault_table()) {
@@ -241,7 +241,7 @@ SchemaKeys schema_keys() {
 
 using OrderedJson = nlohmann::ordered_json;
 
-/// What may stand there, of a text that is one of a list.
+/// Permitted values of a text that is one of a list.
 std::vector<std::string> choices_of(const FieldInfo& info) {
   const std::vector<std::string_view> words = info.words();
   std::vector<std::string> choices(words.begin(), words.end());
@@ -249,7 +249,7 @@ std::vector<std::string> choices_of(const FieldInfo& info) {
   return choices;
 }
 
-/// Type and range of one value.
+/// Writes type and range of one value.
 void describe_value(OrderedJson& schema, const FieldInfo& info) {
   constexpr std::array<const char*, 4> types{"integer", "number", "boolean", "string"};
   const bool is_text = info.type == FieldType::text;
@@ -276,7 +276,8 @@ void describe_list(OrderedJson& schema, std::size_t count, const OrderedJson& it
   schema["items"] = items;
 }
 
-/// What editors are told of one key. What the rows cannot say, such as a pattern, stays.
+/// Writes the description of one key for editors. Properties that the field tables do not contain, e.g. a pattern,
+/// stay.
 void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
   schema["description"] = key.info.meaning;
   if (key.list) {
@@ -295,7 +296,7 @@ void describe_in_schema(OrderedJson& schema, const KeyDescription& key) {
   if (!key.fallback.empty()) schema["default"] = OrderedJson::parse(key.fallback);
 }
 
-/// The object that holds the key, made if it is new.
+/// Object that contains the key; created if it is missing.
 OrderedJson& object_of(OrderedJson& schema, const std::string& path) {
   constexpr std::string_view cell = "/cell";
   if (path == "/component_limits/*") return schema["definitions"]["component_limit"];
@@ -322,7 +323,7 @@ void rewrite_schema() {
   }
   for (const KeyDescription& key : describe_keys()) {
     const std::size_t slash = key.path.rfind('/');
-    // Modules and lines are definitions, written by hand.
+    // Modules and GPIO lines are definitions, written by hand.
     const bool is_elsewhere = slash == 0 || key.path.starts_with("/modules") || key.path.starts_with("/gpio");
     if (is_elsewhere) continue;
     OrderedJson& object = object_of(schema, key.path.substr(0, slash));
@@ -347,7 +348,7 @@ TEST_CASE("the schema knows the keys of the parser, and no others", "[unit][conf
   for (const auto& [path, schema] : keys) FAIL_CHECK(path << " is in the schema only");
 }
 
-/// What the schema says of one value: of a list, after its length was compared, what it says of the numbers.
+/// Schema of one value. For a list: compares the length, then returns the schema of its numbers.
 const JsonValue& value_schema(const JsonValue& schema, const KeyDescription& key) {
   if (!key.list) return schema;
   const JsonValue* list = &schema;

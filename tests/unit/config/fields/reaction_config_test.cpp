@@ -1,4 +1,4 @@
-// Reactions in a pack file: what may be stricter, how it is read, and what follows for times that have a budget.
+// Reactions in a pack file: reactions that may be stricter, their parsing, and the effect on times with a budget.
 #include <string>
 
 #include "config/pack_changes.hpp"
@@ -11,7 +11,7 @@
 namespace bmu {
 namespace {
 
-/// The demonstration pack with one entry of "faults".
+/// Demonstration pack with one entry of "faults".
 std::vector<Change> with(const std::string& fault, const Json& entry) {
   return {{"/faults", Json{{fault, entry}}}};
 }

@@ -1,4 +1,4 @@
-// The section "serial" of a pack file.
+// Section "serial" of a pack file.
 #include "config/types/serial_config.hpp"
 
 #include <fstream>
@@ -14,7 +14,7 @@ namespace {
 
 const std::string folder = test::in_source("config/packs");
 
-/// A shipped pack with this section; empty: without.
+/// Shipped pack with this section; empty: without it.
 Result<PackConfig, ConfigProblems> parse_with(const std::string& section) {
   std::ostringstream bytes;
   bytes << std::ifstream(folder + "/lipo-6s-24v.json").rdbuf();

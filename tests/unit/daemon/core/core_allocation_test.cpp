@@ -1,4 +1,4 @@
-// The core promises no heap after start. Here every operator new of the program is counted.
+// The core uses no heap after its start. This test counts every operator new of the program.
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -10,17 +10,17 @@ using bmu::test::pack_of;
 
 namespace {
 
-/// Everything a core was told and when it was asked, from a real run on the bench, to be told to another core.
+/// Observations and decision times of a core, from a real run on the bench, to be fed into another core.
 struct Script {
   std::vector<Observation> observations;
-  std::vector<std::size_t> decide_after;  // number of observations told before each decision
+  std::vector<std::size_t> decide_after;  // number of observations before each decision
   std::vector<TimePoint> decide_at;
 };
 
 Script record_run() {
   CoreBench bench(pack_of(16));
   Script script;
-  for (const Port port : {Port::internal, Port::vehicle}) {  // the bench told them before anybody listened
+  for (const Port port : {Port::internal, Port::vehicle}) {  // the bench observed them before the hooks were set
     script.observations.push_back({bench.now(), PortChanged{port, true}});
   }
   script.decide_after.push_back(1);  // and decided at once when the first was up
@@ -63,12 +63,12 @@ TEST_CASE("observe and decide never touch the heap, from start to fault to shutd
   }
   const std::uint64_t after = allocation_count();
   CHECK(after == before);
-  CHECK(was_closed);  // the run went through what it was meant to go through
+  CHECK(was_closed);  // the run covered a closed pack
   CHECK(opened_by_fault);
 }
 
 TEST_CASE("the counter of this test does count", "[unit][allocation]") {
   const std::uint64_t before = allocation_count();
-  ::operator delete(::operator new(10));  // not a vector: the compiler may leave out one that nobody needs
+  ::operator delete(::operator new(10));  // not a vector: the compiler may remove an unused one
   CHECK(allocation_count() == before + 1);
 }

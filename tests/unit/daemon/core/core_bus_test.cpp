@@ -1,5 +1,5 @@
-// The core and its buses, on the bench: what it sends and when, what it takes in and what not, and who is heard again
-// after a silence, a restart or a queue.
+// Core and its buses on the bench: frames sent and their times, frames accepted and rejected, and reception after a
+// silence, a restart or a queue.
 #include "daemon/core/core.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -255,7 +255,7 @@ TEST_CASE("a module that was swapped while the bus was away is named, and gets o
   bench.modules[1].ignores_commands = false;
   bench.run(1s);
   CHECK_FALSE(has_blocker(bench, Blocker::modules_not_set_up));
-  CHECK(bench.is_active(FaultId::module_exchanged));  // until somebody who may has accepted it
+  CHECK(bench.is_active(FaultId::module_exchanged));  // until an authorised client has accepted it
   bench.observe(CommandGiven{.command = Command::accept_modules, .authority = Authority::service});
   bench.run(2s);
   CHECK(bench.core().permission().may_close);
@@ -286,7 +286,7 @@ TEST_CASE("a module that was away for a whole circle of the counter is not taken
   bench.run(1500ms);
   while (to_ms(bench.now().time_since_epoch()) % 100 != 50) bench.run(1ms);
   bench.modules[0].talks = false;
-  // It is asked alone meanwhile, too: the circle is shorter than 256 cycles.
+  // The module is also polled alone meanwhile: the counter wraps in fewer than 256 cycles.
   const auto polls_since = [&, from = bench.sent().size()] {
     return std::count_if(bench.sent().begin() + static_cast<std::ptrdiff_t>(from), bench.sent().end(),
                          [](const OutgoingFrame& out) {
@@ -379,7 +379,7 @@ TEST_CASE("a clear is over when it was given, on a stuck bus too", "[unit][fault
   bench.run(500ms);
   bench.bus_is_stuck = true;
   bench.run(100ms);
-  bench.give(Command::clear_faults);  // the cause is gone, but not for long enough
+  bench.give(Command::clear_faults);  // the cause is gone, but not for the required time
   REQUIRE(bench.is_active(FaultId::cell_undervoltage));
   bench.run(600ms);
   bench.free_bus();

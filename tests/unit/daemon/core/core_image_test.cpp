@@ -1,4 +1,4 @@
-// A core that is written down in the middle of its life and read again goes on exactly as the first does.
+// A core restored from an image taken in the middle of a session continues exactly like the original.
 #include "daemon/core/core_image.hpp"
 
 #include <memory>
@@ -19,7 +19,7 @@ std::vector<std::uint8_t> image_of(const Core& core) {
   return bytes;
 }
 
-/// A second core that is told what the first one is told.
+/// Second core that receives the same observations as the first one.
 class Twin {
  public:
   Twin(const CoreConfig& config, CoreBench& bench) : core_(std::make_unique<Core>(config, TimePoint{})) {
@@ -78,7 +78,7 @@ TEST_CASE("a core read from its image decides as the first does, whenever it was
   bench.current_mA = 40'000;
   go_on(5s);
   bench.modules[1].talks = false;
-  go_on(100ms);  // while a fault is suspected
+  go_on(100ms);  // while a fault is pending
   go_on(2s);
   REQUIRE(bench.core().sequence().phase == Phase::open);
   bench.modules[1].talks = true;

@@ -1,5 +1,5 @@
-// What a latch does over the end of the daemon, on the bench: which hold, what is known of them, and what brings them
-// back.
+// Latched faults over the end of the daemon, on the bench: which ones persist, which data is kept, and how they are
+// restored.
 #include "daemon/core/core.hpp"
 #include "daemon/shell/status/advice.hpp"
 #include "daemon/shell/status/why_json.hpp"
@@ -25,7 +25,7 @@ bool has_any_lock(const CoreBench& bench) {
   return std::any_of(faults.begin(), faults.end(), [](const FaultRecord& record) { return record.is_locked; });
 }
 
-/// An overvoltage that was remembered with what was seen, or without.
+/// Persistent state with a latched overvoltage, with its freeze frame or without.
 PersistentState remembered(bool has_frame) {
   PersistentState state;
   FaultRecord& record = state.faults[static_cast<std::size_t>(FaultId::cell_overvoltage)];

@@ -1,4 +1,4 @@
-// The core with sensors of other makers: whose current counts, when it is not known, and what opens.
+// Core with sensors of other manufacturers: which current counts, when it is unknown, and what opens.
 #include "devices/device_list.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -22,7 +22,7 @@ CoreConfig one_bus(CoreConfig config) {
   return config;
 }
 
-/// A bench with an IVT-S that answers what it is asked, at once.
+/// Bench with an IVT-S that answers each request at once.
 struct IvtBench {
   std::array<SensorSetting, sensor_channels_max> settings{};
   bool answers = true;
@@ -92,7 +92,7 @@ TEST_CASE("a sensor that is set up otherwise is not used, and is told of", "[uni
   CHECK(ivt_bench.count(EventId::sensor_set_up_failed) == 1);
   CHECK_FALSE(bench.close());
   bench.run(20s);
-  CHECK(ivt_bench.count(EventId::sensor_set_up_failed) == 1);  // once is enough
+  CHECK(ivt_bench.count(EventId::sensor_set_up_failed) == 1);  // reported once
   ivt_bench.settings[1].period_ms = 60;
   bench.run(7s);
   CHECK_FALSE(bench.is_active(FaultId::sensor_not_set_up));
@@ -146,7 +146,7 @@ TEST_CASE("and one that does not answer again opens it after the trust", "[unit]
 
 namespace {
 
-/// A bench with a LEM CAB that tells what flows, ten milliseconds apart.
+/// Bench with a LEM CAB that reports the current every ten milliseconds.
 struct LemBench {
   test::CoreBench bench;
   std::int32_t told_mA = 0;
@@ -182,7 +182,7 @@ TEST_CASE("a LEM CAB can be the one that tells the current", "[unit][core][senso
   test::CoreBench& bench = lem_bench.bench;
   REQUIRE(bench.close());
   lem_bench.told_mA = 7'000;
-  bench.current_mA = 90'000;  // of a sensor that tells voltages only, as far as this pack goes
+  bench.current_mA = 90'000;  // of a sensor that provides only voltages in this pack
   bench.run(100ms);
   CHECK(bench.core().pack().current_mA.value == 7'000);
   lem_bench.talks = false;
@@ -334,7 +334,7 @@ TEST_CASE("the least number of a sensor that is turned round is the greatest", "
 
 namespace {
 
-/// A bench with an iso165C that reports once a second.
+/// Bench with an iso165C that reports once a second.
 struct IsoBench {
   test::CoreBench bench;
   MonitorReport report{.resistance_Ohm = known(900'000)};
@@ -346,7 +346,7 @@ struct IsoBench {
       if (++ms % 1'000 == 500 && talks) bench.deliver(bender().report(report));
     };
   }
-  /// Says a last word, and nothing from then on.
+  /// Sends a last report, and nothing afterwards.
   void fall_silent() {
     while (ms % 1'000 != 500) bench.run(1ms);
     talks = false;
@@ -519,7 +519,7 @@ TEST_CASE("a monitor that was lost and comes back untested stays lost until its 
   SECTION("not yet: it had no signal") {
     iso.bench.run(1'600ms);
     REQUIRE_FALSE(iso.bench.is_active(FaultId::insulation_monitor_lost));
-    iso.ms += 399;  // its next word comes now
+    iso.ms += 399;  // its next report comes now
   }
   iso.talks = true;
   iso.report.is_test_pending = true;
@@ -557,7 +557,7 @@ TEST_CASE("a line of this machine says no beside a monitor on a bus", "[unit][se
   CHECK_FALSE(sensors.pdu.value.insulation_monitor_ok);
   config.insulation.driver = nullptr;
   sensors.take_insulation(word, config);
-  CHECK_FALSE(sensors.pdu.value.insulation_monitor_ok);  // nobody's word
+  CHECK_FALSE(sensors.pdu.value.insulation_monitor_ok);  // no monitor has reported it
   SensorTable alone;
   alone.take_insulation(word, config);
   CHECK_FALSE(alone.insulation_told);

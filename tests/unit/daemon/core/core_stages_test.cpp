@@ -1,4 +1,4 @@
-// The small stages of the core, each by itself, dense around its limits.
+// Small stages of the core, each alone, with values dense around their limits.
 #include "daemon/core/contactors/contactor_sequence.hpp"
 #include "daemon/core/contactors/output_gate.hpp"
 #include "daemon/core/estimation/soc/coulomb_counter.hpp"
@@ -141,7 +141,7 @@ TEST_CASE("polls keep their period, carry a rising counter and ask for identitie
   }
   REQUIRE(polls.size() == 20);
   for (std::size_t index = 0; index < polls.size(); ++index) {
-    CHECK(at[index] - (start + index * 100ms) < 7ms);  // late by a tick at most, and never drifting
+    CHECK(at[index] - (start + index * 100ms) < 7ms);  // late by a tick at most, without drift
     CHECK(polls[index].frame.data[6] == index);
     CHECK(polls[index].wants.temperatures == (index % 2 == 0));
     CHECK(polls[index].frame.data[7] == frame_crc(polls[index].frame));
@@ -230,7 +230,7 @@ TEST_CASE("current limits reach zero at the opening threshold, from every side",
   const CurrentLimits low{.discharge = {.limit_mA = 1'000}, .charge = {.limit_mA = 2'000}};
   CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})
             .discharge.limit_mA == 80'000);
-  pack.cell_voltage_uV.count = 7;  // the one that is missing may be the one that limits
+  pack.cell_voltage_uV.count = 7;  // the missing cell may be the limiting one
   CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})
             .discharge.limit_mA == 1'000);
   CHECK(evaluate_limits(pack, config, {.is_connected = true, .may_discharge = true, .may_charge = true, .before = low})

@@ -1,5 +1,5 @@
-// The core as a whole, on the bench: closing, opening, and everything that must not happen. What passes on its buses is
-// in core_bus_test.cpp.
+// The whole core on the bench: closing, opening, and forbidden behaviour. The traffic on its buses is tested in
+// core_bus_test.cpp.
 #include "daemon/core/core.hpp"
 
 #include "tests/support/catch.hpp"
@@ -276,14 +276,14 @@ TEST_CASE("after a fault a clear and a new wish are needed, and the lockout must
   REQUIRE(bench.run_until([&] { return is_open(bench); }, 1s));
   bench.give(Command::clear_faults);
   bench.run(50ms);
-  CHECK(bench.is_active(FaultId::cell_undervoltage));  // the cause is still there
+  CHECK(bench.is_active(FaultId::cell_undervoltage));  // the cause is still present
   bench.modules[0].cell_voltage_uV[0] = known(3'700'000);
   bench.run(12s);
   CHECK(bench.core().faults().state(FaultId::cell_undervoltage).stage == FaultStage::latched);
   bench.give(Command::clear_faults);
   bench.run(500ms);
   CHECK_FALSE(bench.is_active(FaultId::cell_undervoltage));
-  CHECK(is_open(bench));  // the vehicle is still on, but that is the old wish
+  CHECK(is_open(bench));  // the vehicle is still on, but that is the previous request
   bench.inputs.vehicle_on = false;
   bench.run(200ms);
   bench.inputs.vehicle_on = true;
@@ -311,8 +311,8 @@ TEST_CASE("a short delay of the loop is ridden through", "[unit][core][F60]") {
 
 namespace {
 
-/// The contacts of a closed pack open and, a moment later, would close again: whatever happens next, the mains must not
-/// meet a link that nobody has precharged.
+/// The contacts of a closed pack have opened and could close again momentarily later: in no case may the main
+/// contactors close onto a DC link without precharge.
 void must_not_close_again(CoreBench& bench) {
   bench.link_voltage_mV = 0;
   for (int step = 0; step < 3'000; ++step) {
@@ -333,7 +333,7 @@ TEST_CASE("a unit that missed commands for a moment is not made to close again",
   bench.pdu_hears = false;
   REQUIRE(bench.run_until([&] { return !bench.contacts().any_contactor(); }, 300ms));
   bench.pdu_hears = true;
-  bench.run(60ms);  // until its word has come
+  bench.run(60ms);  // until its status has arrived
   must_not_close_again(bench);
   CHECK(bench.is_active(FaultId::pdu_opened_by_itself));
 }
@@ -397,7 +397,7 @@ TEST_CASE("a key that is turned on and off again does not rattle the contactors"
     was_closed = is_closed;
   }
   CHECK(closed_at.size() >= 2);
-  CHECK(closed_at.size() <= 3);  // from the second on within a while, a key is played with
+  CHECK(closed_at.size() <= 3);  // from the second closing within the window the key counts as cycled repeatedly
   for (std::size_t index = 1; index < closed_at.size(); ++index) CHECK(closed_at[index] - closed_at[index - 1] >= 2s);
 }
 
@@ -563,19 +563,18 @@ TEST_CASE("a wish waits for a pack that is not ready yet, but not for ever", "[u
 
 TEST_CASE("a sensor value that comes later than the rest is not lost at start", "[unit][core][F89]") {
   CoreBench bench(small_pack());
-  bench.voltage_talks =
-      false;  // current every 20 ms, voltages every 60 ms: there is a time with one and without the other
+  bench.voltage_talks = false;  // current every 20 ms, voltages every 60 ms: temporarily one is valid without the other
   bench.run(1500ms);
   CHECK_FALSE(bench.is_active(FaultId::voltage_sensor_lost));
   bench.voltage_talks = true;
   CHECK(bench.close());
 }
 
-// --- how it could go wrong, one after another ------------------------------------------------------------------------
+// --- possible failures, one after another ----------------------------------------------------------------------------
 
 namespace {
 
-/// The lowest link voltage, as a share of the pack's, at which the mains of this bench ever met.
+/// Lowest DC link voltage, relative to the pack voltage, at which the main contactors of this bench have closed.
 struct Watch {
   std::int32_t permille_min = 1000;
 
@@ -669,7 +668,7 @@ TEST_CASE("what turns bad while the contactors close keeps the mains open", "[un
     for (const Phase phase : {Phase::main_negative, Phase::precharge}) {
       DYNAMIC_SECTION(one.what << " in phase " << to_text(phase)) {
         CoreBench bench(small_pack());
-        bench.link_rise_mV_per_ms = 100;  // a precharge of 300 ms: all of these are known before it ends
+        bench.link_rise_mV_per_ms = 100;  // a precharge of 300 ms: all of these are known before its end
         REQUIRE(reach(bench, phase));
         one.break_it(bench);
         bool has_closed = false;
@@ -742,7 +741,7 @@ TEST_CASE("a main positive that is welded shows with main negative alone, whatev
   CHECK(bench.core().faults().state(FaultId::contactor_welded).confirmed.element == Element{.contactor = 1});
   bench.inputs.vehicle_on = false;
   bench.run(40s);
-  CHECK(bench.is_active(FaultId::contactor_welded));  // until somebody has looked
+  CHECK(bench.is_active(FaultId::contactor_welded));  // until an authorised clear
   bench.give(Command::clear_faults);
   bench.run(1s);
   CHECK(bench.is_active(FaultId::contactor_welded));
@@ -760,7 +759,7 @@ TEST_CASE("a rest of charge that shows only with main negative is none of a weld
     Duration open_for;
     bool closes;
   };
-  // Soon after an opening a link at the pack's voltage is waited for, and told as no weld.
+  // Shortly after an opening the core waits while the DC link is at pack voltage, and reports no weld.
   for (const Case& one : {Case{900, 15s, true}, Case{1000, 3s, false}}) {
     CoreBench bench(small_pack());
     REQUIRE(bench.close());
@@ -874,7 +873,7 @@ TEST_CASE("a status between two decisions counts as received for the mode, as in
     };
     bench.run(200ms);
     CHECK(younger >= 150);
-    // And the same status once it is too old at a decision is none.
+    // The same status is ignored once it is stale at a decision.
     bench.each_ms = {};
     bench.pdu_talks = false;
     bench.run(300ms);
@@ -894,7 +893,7 @@ TEST_CASE("a wish ends with the line it came from", "[unit][core][I3][F64]") {
   bench.run(500ms);
   bench.inputs.charger_connected = true;
   REQUIRE(bench.run_until([&] { return bench.core().sequence().phase == Phase::closed; }, 3s));
-  bench.inputs.charger_connected = false;  // the key is on, but has not been turned since the fault
+  bench.inputs.charger_connected = false;  // the key is on, but has not been cycled since the fault
   bench.run(200ms);
   CHECK(is_open(bench));
 }
@@ -1005,7 +1004,7 @@ TEST_CASE("with a healthy open pack every fault row that can latch knows that al
   CoreBench bench(small_pack());
   bench.run(10s);
   for (const FaultRow& row : fault_table()) {
-    // Only with a second sensor, or with a monitor that measures, can these be raised at all.
+    // These can only be confirmed with a second sensor, or with a monitor that measures.
     if (row.id == FaultId::current_sensors_disagree || row.id == FaultId::insulation_low) continue;
     if (row.latch == Latch::none) continue;
     CAPTURE(row.name);

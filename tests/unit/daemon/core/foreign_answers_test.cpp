@@ -1,4 +1,5 @@
-// Which question an answer of another maker's module belongs to, and whom a frame that fails its checks is laid to.
+// Assignment of an answer of another manufacturer's module to its request, and of a frame that fails its checks to a
+// module.
 #include "daemon/core/core.hpp"
 #include "daemon/core/faults/fault_readers.hpp"
 #include "devices/device_list.hpp"
@@ -20,7 +21,7 @@ CoreConfig pack_of(const ModuleDriver& driver, std::size_t modules = 2) {
   return config;
 }
 
-/// Two modules of a maker, asked every 80 ms from `start` on.
+/// Two modules of one manufacturer, polled every 80 ms from `start` on.
 struct Rounds {
   static constexpr TimePoint start{100s};
   static constexpr Duration period = 80ms;
@@ -36,7 +37,7 @@ struct Rounds {
     now = asked_at = asked_at == TimePoint{} ? start : asked_at + period;
     table.begin_round(now, is_start);
   }
-  /// The module's whole answer, or all but `omitted`.
+  /// Delivers the module's whole answer, or all but `omitted`.
   void answer(std::uint8_t node, Duration after, ModuleParts omitted = 0) {
     now = asked_at + after;
     ModuleMeasurements measured;
@@ -109,8 +110,8 @@ TEST_CASE("what may be the answer that the question before is still owed counts 
   CHECK(rounds.cells_asked_at(1) == unanswered_at);
   CHECK(rounds.table.find(1)->cell_temperature_dC[0].taken_at == unanswered_at);
   CHECK(rounds.table.find(1)->status.taken_at == unanswered_at);
-  CHECK(rounds.cells_asked_at(2) == rounds.asked_at);  // it owes nothing
-  rounds.answer(1, 50ms);                              // which of the two is the late one nobody can say
+  CHECK(rounds.cells_asked_at(2) == rounds.asked_at);  // it has no open request
+  rounds.answer(1, 50ms);                              // which of the two is late is unknown
   CHECK(rounds.cells_asked_at(1) == unanswered_at);
   rounds.ask();
   rounds.answer_all(30ms);
@@ -141,7 +142,7 @@ TEST_CASE("a round with something of the question before it is no picture of one
   CHECK(rounds.table.complete_cycles() == 0);
   CHECK(rounds.table.find(1)->answers_missed == 1);
   CHECK(rounds.table.find(1)->answers_complete == 2);
-  CHECK(rounds.table.find(1)->answer_times.count() == 1);  // of the one in doubt nobody knows how long it took
+  CHECK(rounds.table.find(1)->answer_times.count() == 1);  // the duration of the ambiguous answer is unknown
   rounds.ask();
   rounds.answer_all(30ms);
   CHECK(rounds.table.completed_at() == rounds.asked_at);
@@ -169,7 +170,7 @@ TEST_CASE("what comes before a question for values was asked is of nobody knows 
     const ModuleRecord& module = *rounds.table.find(1);
     return module.cell_voltage_uV[0].is_valid() || module.cell_temperature_dC[0].is_valid() || module.status.is_valid();
   };
-  rounds.answer(1, 40ms);  // waited in the module while the bus was away
+  rounds.answer(1, 40ms);  // queued in the module while the bus was down
   CHECK_FALSE(is_anything_known());
   rounds.ask(true);
   rounds.answer(1, 30ms);

@@ -1,9 +1,9 @@
-// Images of a core that somebody made up: of the right length and with the right checksum, but with values that no core
-// has. Each is refused, or decides without any misstep that a sanitizer or an assertion would see.
+// Constructed images of a core: of the right length and with the right checksum, but with values that no core has. Each
+// is rejected, or the core decides without any error that a sanitizer or an assertion would detect.
 //
-// Cases run in a process of their own, so that one that ends badly is a failed check with its seed.
+// Cases run in a separate process, so that one that crashes is a failed check with its seed.
 //   BMUD_SEED=n      runs case n alone
-//   BMUD_ROUNDS=n    runs n cases of each life instead of a few
+//   BMUD_ROUNDS=n    runs n cases of each session instead of a few
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -33,7 +33,7 @@ using test::CoreBench;
 
 namespace {
 
-// --- where in an image which member stands --------------------------------------------------------------------------
+// --- position of each member in an image ----------------------------------------------------------------------------
 
 enum class Kind : std::uint8_t { whole, floating };
 
@@ -43,7 +43,7 @@ struct Place {
   Kind kind = Kind::whole;
 };
 
-/// The places of each member, whichever item of an array it belongs to.
+/// Positions of each member, for all items of an array together.
 using Places = std::map<std::uint64_t, std::vector<Place>>;
 
 class Walk {
@@ -83,9 +83,9 @@ class Walk {
   std::size_t at_ = 0;
 };
 
-// --- a life, and what came next -------------------------------------------------------------------------------------
+// --- a session and its continuation ---------------------------------------------------------------------------------
 
-/// Either: an observation, or the time of a decision.
+/// Either an observation or the time of a decision.
 struct Step {
   std::optional<Observation> observation;
   TimePoint decided_at{};
@@ -97,7 +97,7 @@ struct Life {
   Places places;
   std::vector<Step> next;
 
-  /// As the core is now, and what it hears while `go_on` runs.
+  /// Image of the core as it is now, and its observations while `go_on` runs.
   Life(const CoreConfig& the_config, CoreBench& bench, const std::function<void()>& go_on)
       : config(the_config), image(core_image_size(bench.core())) {
     write_core_image(bench.core(), image);
@@ -112,7 +112,7 @@ struct Life {
   }
 };
 
-/// True if the image is taken. Then it decides on what came next, and says all that it has to say.
+/// Whether the image is accepted. The core then decides on the recorded steps, and all its events are rendered as text.
 bool runs(const Life& life, const std::vector<std::uint8_t>& image) {
   const auto core = std::make_unique<Core>(life.config, TimePoint{});
   if (read_core_image(image, *core)) return false;
@@ -129,7 +129,7 @@ bool runs(const Life& life, const std::vector<std::uint8_t>& image) {
   return told < after.size();
 }
 
-// --- made-up values -------------------------------------------------------------------------------------------------
+// --- constructed values ---------------------------------------------------------------------------------------------
 
 class Forger {
  public:
@@ -151,7 +151,7 @@ class Forger {
  private:
   std::size_t below(std::size_t end) { return static_cast<std::size_t>(chance_.even() * static_cast<double>(end)); }
 
-  /// Each member as often as any other; of arrays mostly the first items, which the pack has.
+  /// Selects each member equally often; of arrays mostly the first items, which the pack uses.
   const Place& place_in(const Places& places) {
     auto member = places.begin();
     std::advance(member, static_cast<std::ptrdiff_t>(below(places.size())));
@@ -210,7 +210,7 @@ class Forger {
 
 struct Failed {
   std::uint64_t number = 0;
-  int code = 0;  // of its process, or 128 and the signal
+  int code = 0;  // exit code of its process, or 128 and the signal
 };
 
 struct Outcome {
@@ -218,7 +218,7 @@ struct Outcome {
   std::vector<Failed> failed;
 };
 
-/// Cases in a process of their own, which nothing else can harm, and where one ends badly the others in the next.
+/// Runs cases in a separate process; if one crashes, the others continue in the next process.
 class Apart {
  public:
   /// The image of case `number`.
@@ -244,10 +244,10 @@ class Apart {
 
  private:
   struct Shared {
-    std::uint64_t number = 0;  // of the case that runs
+    std::uint64_t number = 0;  // the running case
     std::uint64_t taken = 0;
   };
-  static constexpr unsigned longest_s = 60;  // one that does not end has failed, too
+  static constexpr unsigned longest_s = 60;  // a case that does not end has failed, too
 
   [[nodiscard]] Shared& now() { return *static_cast<Shared*>(shared_); }
 
@@ -275,7 +275,7 @@ std::uint64_t number_of(const char* name, std::uint64_t otherwise) {
 }
 
 void check_forged(const Life& life) {
-  REQUIRE(runs(life, life.image));  // as it is
+  REQUIRE(runs(life, life.image));  // unchanged
   const std::uint64_t wanted = number_of("BMUD_SEED", 0);
   const std::uint64_t first = wanted == 0 ? 1 : wanted;
   const std::uint64_t rounds = wanted == 0 ? number_of("BMUD_ROUNDS", 60) : 1;
@@ -284,11 +284,11 @@ void check_forged(const Life& life) {
   for (const Failed& failed : outcome.failed) {
     FAIL_CHECK("seed " << failed.number << " ended with " << failed.code);
   }
-  // A check that refuses all would see nothing.
+  // A check that rejects every image would detect nothing.
   if (wanted == 0) CHECK(outcome.taken > rounds / 10);
 }
 
-/// Every member in turn, the first of its kind that the image has.
+/// Overwrites every member in turn, at its first position in the image.
 void check_each_member(const Life& life, std::uint8_t byte) {
   std::vector<Place> places;
   for (const auto& [path, of_member] : life.places) places.push_back(of_member.front());

@@ -1,5 +1,5 @@
-// The database of the history: what is written is there again, what is too much goes, what is damaged gets out of the
-// way, and what is not ours is left alone.
+// Database of the history: written rows are read back, excess rows are removed, damaged files are quarantined, and
+// files of other applications are left unchanged.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -62,7 +62,7 @@ void run_sql(const std::string& path, const std::string& sql) {
   sqlite3_close(database);
 }
 
-/// The first number of what is asked for; views may be used.
+/// Numbers of the first row of a query, which may use views.
 std::vector<std::int64_t> numbers(const std::string& path, const std::string& sql) {
   sqlite3* database = nullptr;
   sqlite3_stmt* statement = nullptr;
@@ -78,14 +78,14 @@ std::vector<std::int64_t> numbers(const std::string& path, const std::string& sq
   return row;
 }
 
-/// A database of minutes 1 to `last`, closed.
+/// Creates a database with minutes 1 to `last`, and closes it.
 void make_history(const std::string& path, std::int64_t last, std::size_t modules = 2) {
   const HistoryLife life = life_of(modules);
   HistoryFile file({.path = path}, life);
   write_minutes(file, life, 1, last);
 }
 
-/// As a daemon of the first schema has written it; sequence and life are the database's.
+/// Row as written by a daemon with the first schema; sequence and session are those of the database.
 HistoryRow first_row(std::int64_t minute, const HistoryRow& written) {
   HistoryRow row = history_row(minute, life_of(2));
   for (const HistoryColumn<HistoryRow>& column : row_columns_of(2)) {
@@ -109,7 +109,7 @@ std::int64_t first_checksum(const HistoryRow& row, const std::string& cells, con
   return checksum.value();
 }
 
-/// A database of the first schema with minutes 1 to `last`, closed.
+/// Creates a database of the first schema with minutes 1 to `last`, and closes it.
 void make_first_history(const Files& files, std::int64_t last) {
   const std::string newer = files.folder / "newer.sqlite";
   make_history(newer, last);
@@ -210,7 +210,7 @@ TEST_CASE("with SQL alone one finds each cell and sensor in the views", "[unit][
               " health_by_capacity_permille, health_by_resistance_permille, bled_permille"
               " FROM cell_minute WHERE sequence = 2 AND number = 15") ==
       std::vector<std::int64_t>{2, 3, 3'314'200, 3'312'200, 3'316'200, 600, 2, 987, -1, 14});
-  // Four of its cells and four of its board before those of module 2.
+  // Four cell sensors and four board sensors of module 1 precede those of module 2.
   CHECK(numbers(
             files.path,
             "SELECT module, place, temperature_average_dC, temperature_min_dC, temperature_samples FROM sensor_minute "
@@ -239,11 +239,11 @@ TEST_CASE("a reader sees what is written meanwhile, and holds nobody up", "[unit
   CHECK(read_all(*reader).minutes() == count(1, 4));
 }
 
-// --- too much -------------------------------------------------------------------------------------------------------
+// --- retention ------------------------------------------------------------------------------------------------------
 
 namespace {
 
-/// As the store does it.
+/// Writes a minute and trims the file, as the store does.
 void add_minute(HistoryFile& file, const HistoryLife& life, const HistoryRow& row) {
   REQUIRE(file.write({&row, 1}, {}));
   while (true) {
@@ -273,7 +273,7 @@ TEST_CASE("beyond its size a history loses its oldest rows, and their room on th
   REQUIRE_FALSE(all.rows.empty());
   CHECK(all.rows.size() > 700);
   CHECK(all.minutes() == count(3'901 - static_cast<std::int64_t>(all.rows.size()), 3'900));
-  // Events go with the minutes that they stand beside.
+  // Events are removed together with their minutes.
   CHECK(all.events.front().number >= all.rows.front().uptime_ms.value_or(0) / test::minute_ms - 1);
 }
 
@@ -291,7 +291,7 @@ TEST_CASE("by the clock the oldest rows go, ten for each that comes", "[unit][hi
   const HistoryLife life = life_of(1);
   HistoryFile file({.path = files.path, .keep_days = 1}, life);
   write_minutes(file, life, 1, 100);
-  // The daemon was away for a day; rows of another life follow, an hour of them before the clock is trusted.
+  // The daemon was down for a day; rows of another session follow, for an hour before the clock is trusted.
   HistoryFile later({.path = files.path, .keep_days = 1}, life_of(1, "two"));
   const auto add = [&](std::int64_t minute) {
     HistoryRow row = history_row(minute, life);
@@ -322,11 +322,11 @@ TEST_CASE("a clock that jumps into the future and back costs no history", "[unit
   CHECK(all.problems.empty());
 }
 
-// --- not made yet ---------------------------------------------------------------------------------------------------
+// --- not created yet ------------------------------------------------------------------------------------------------
 
 namespace {
 
-/// "" where it reads as a history without rows and without damage; otherwise what a user would be told instead.
+/// "" if it reads as a history without rows and without damage, otherwise the message to a user.
 std::string fault_of_new(const std::string& path, HistoryAccess access = HistoryAccess::in_any_way) {
   auto reader = HistoryReader::open(path, access);
   if (!reader) return reader.error();
@@ -336,7 +336,7 @@ std::string fault_of_new(const std::string& path, HistoryAccess access = History
   return reader->has_no_minute_yet() ? "" : "it is not new";
 }
 
-/// A connection that is in the middle of something.
+/// Connection with unfinished work.
 class OtherConnection {
  public:
   OtherConnection(const std::string& path, const std::string& sql) {
@@ -416,7 +416,7 @@ TEST_CASE("a history with events alone has no minute yet, and knows how long one
   CHECK(reader->has_no_minute_yet());
   CHECK(reader->period_s() == 20);
   CHECK(read_all(*reader).events.size() == 1);
-  // What was decided when it was opened stays; the minute is there all the same.
+  // The state determined at opening stays; the minute is read nevertheless.
   add_minute(file, life, history_row(1, life));
   CHECK(reader->has_no_minute_yet());
   CHECK(read_all(*reader).minutes() == count(1, 1));
@@ -473,7 +473,7 @@ TEST_CASE("what is no history passes for no new one", "[unit][history]") {
   SECTION("a history whose first page says that it has no tables") {
     make_history(files.path, 3);
     std::string bytes = bytes_of(files.path);
-    bytes[103] = bytes[104] = '\0';  // how many rows the page has
+    bytes[103] = bytes[104] = '\0';  // number of rows on the page
     write_bytes(files.path, bytes);
     const auto all = read_all(files.path);
     CHECK(all.minutes() == count(1, 3));
@@ -481,7 +481,7 @@ TEST_CASE("what is no history passes for no new one", "[unit][history]") {
   }
 }
 
-// --- not as it should be --------------------------------------------------------------------------------------------
+// --- unexpected files -----------------------------------------------------------------------------------------------
 
 TEST_CASE("a history of a newer version is left alone, and put nowhere", "[unit][history]") {
   const Files files;
@@ -547,7 +547,7 @@ TEST_CASE("rows of both schemas are found page by page", "[unit][history][SOE_1]
     write_minutes(file, life_of(2), 6, 8);
   }
   std::string bytes = bytes_of(files.path);
-  std::fill_n(bytes.begin(), 100, '\0');  // nothing leads to them any more
+  std::fill_n(bytes.begin(), 100, '\0');  // the rows are no longer referenced
   write_bytes(files.path, bytes);
   const auto all = read_all(files.path);
   CHECK(all.minutes() == count(1, 8));
@@ -590,7 +590,7 @@ TEST_CASE("another program's database, a folder and a device are left alone", "[
   CHECK(trouble_at(files.path) == HistoryTrouble::foreign);
   CHECK(bytes_of(files.path) == before);
   const std::string empty = files.folder / "empty.sqlite";
-  run_sql(empty, "PRAGMA application_id = 7");  // without tables, but somebody's
+  run_sql(empty, "PRAGMA application_id = 7");  // without tables, but of another application
   CHECK(trouble_at(empty) == HistoryTrouble::foreign);
   CHECK(trouble_at(files.folder.path().string()) == HistoryTrouble::foreign);
   CHECK(trouble_at("/dev/null") == HistoryTrouble::foreign);
@@ -618,7 +618,7 @@ TEST_CASE("a schema is led through its steps, each as a whole or not at all", "[
   CHECK(database->number("PRAGMA user_version").value_or(0) == 2);
   CHECK(database->number("SELECT b FROM one").value_or(0) == 42);
   CHECK(has_schema(*database, std::span(steps).first(2)).value_or(false));
-  // The third has a mistake in its second half: nothing of it stays.
+  // The third step fails in its second half: nothing of it remains.
   CHECK_FALSE(migrate(*database, steps).has_value());
   CHECK_FALSE(database->is_in_transaction());
   CHECK(database->number("PRAGMA user_version").value_or(0) == 2);
@@ -724,7 +724,7 @@ TEST_CASE("cut short anywhere, a history is read as far as it goes, and the rest
   const std::string good = bytes_of(files.path);
   std::size_t most = 0;
   std::size_t read_some = 0;
-  // Of one that is cut to nothing nothing is left that tells it from a new one.
+  // A file cut to nothing cannot be distinguished from a new one.
   for (std::size_t size = 1'777; size < good.size(); size += 1'777) {
     INFO("size " << size);
     write_bytes(files.path, good.substr(0, size));
@@ -732,7 +732,7 @@ TEST_CASE("cut short anywhere, a history is read as far as it goes, and the rest
     if (!reader) continue;
     const auto all = read_all(*reader);
     CHECK_FALSE(all.problems.empty());
-    CHECK(all.rows.size() >= most);  // never less of more
+    CHECK(all.rows.size() >= most);  // a longer file never yields fewer rows
     most = std::max(most, all.rows.size());
     if (!all.rows.empty()) ++read_some;
     const auto minutes = all.minutes();
@@ -760,7 +760,7 @@ TEST_CASE("with any page spoiled, no wrong row is told, and good ones still are"
       REQUIRE(reader);
       ++readable;
       const auto all = read_all(*reader);
-      // Nothing is missing without a word.
+      // Missing rows are always reported.
       CHECK((all.rows.size() == 40 || !all.problems.empty()));
       for (const HistoryRow& row : all.rows) {
         HistoryRow wanted = history_row(row.sequence, life);
@@ -800,7 +800,7 @@ TEST_CASE("where only what leads to the rows, or stands beside them, is damaged 
     for (const HistoryRow& row : all.rows) CHECK(row.cells == history_row(row.sequence, life).cells);
     return *reader->life_of(all.rows.at(0));
   };
-  // What the one does not say the other does.
+  // The content missing in one table is taken from the other.
   CHECK(spoil({"layout"}).layout == life.layout);
   const HistoryLife without_life = spoil({"life"});
   CHECK(without_life.layout == life.layout);
@@ -812,7 +812,7 @@ TEST_CASE("where only what leads to the rows, or stands beside them, is damaged 
   CHECK(counted_through.layout.modules.size() == 1);
   CHECK(counted_through.layout.cell_count() == 24);
   CHECK(spoil({"layout", "place", "life"}).layout == counted_through.layout);
-  // The page from which all rows hang: they are found by themselves.
+  // Root page of all rows: the rows are found without it.
   CHECK(spoil({"minute"}).layout == life.layout);
   CHECK(spoil({"minute", "minute_by_time"}).layout == life.layout);
   CHECK(spoil({"minute", "event", "layout", "place", "life"}).layout == counted_through.layout);
@@ -822,14 +822,14 @@ namespace {
 
 constexpr std::size_t header_bytes = 100;
 constexpr std::size_t first_page_bytes = 8'192;
-/// With a sanitizer each of these, without one all: of 3200 databases each takes 30 ms there.
+/// Tests every 8th with a sanitizer, all without one: each of 3200 databases takes 30 ms there.
 constexpr unsigned one_of = test::is_sanitized ? 8 : 1;
 
 std::string damaged_at_its_beginning(const std::string& path) {
   return path + " is damaged at its beginning: what of it can be read follows";
 }
 
-/// All of them, right to the last cell, and of the right pack.
+/// Checks all rows to the last cell, and that they are of the right pack.
 void check_rows(HistoryReader& reader, const test::ReadHistory& all, std::int64_t last, const HistoryLife& life) {
   REQUIRE(all.minutes() == count(1, last));
   CHECK(all.events.size() == static_cast<std::size_t>(last));
@@ -868,7 +868,8 @@ TEST_CASE("a flipped bit at the beginning of a history costs no row", "[unit][hi
       REQUIRE(bytes_of(files.path) == bytes);
     }
   }
-  // "SQLite format 3", the page size, the format's number and fractions, the schema's format, the schema's version.
+  // Reported bytes: "SQLite format 3", the page size, the format's number and fractions, the schema's format, the
+  // schema's version.
   for (std::size_t at = 0; at < header_bytes; ++at) {
     INFO("byte " << at);
     const bool matters = at < 18 || at == 19 || (at >= 21 && at < 24) || (at >= 60 && at < 64);
@@ -896,7 +897,7 @@ TEST_CASE("a flipped bit where a history names its tables costs nothing without 
     CHECK((all.events.size() == 20 || !all.problems.empty()));
     ++tried;
   }
-  // What is lost is so by the few bits that say on which page a table begins, or what a column of the events is called.
+  // Losses are caused only by the few bits that hold the root page of a table, or the name of a column of the events.
   CHECK(whole * 10 > tried * 9);
 }
 
@@ -918,7 +919,7 @@ TEST_CASE("with its beginning gone a history is read page by page, as far as its
   std::string bytes = good;
   std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(damage.begin),
             bytes.begin() + static_cast<std::ptrdiff_t>(damage.end), damage.filling);
-  // Its size is no whole number of pages either.
+  // Its size is not a whole number of pages either.
   write_bytes(files.path, bytes + std::string(777, '\0'));
   auto reader = HistoryReader::open(files.path);
   INFO((reader ? "" : reader.error()));
@@ -929,14 +930,14 @@ TEST_CASE("with its beginning gone a history is read page by page, as far as its
   const HistorySpan covered = reader->covered();
   CHECK(covered.from_unix_ms == all.rows.front().unix_time_ms);
   CHECK(covered.to_unix_ms == *all.rows.back().unix_time_ms + 1);
-  // Parts of it are found as in a whole one.
+  // Time ranges of it are found as in an intact one.
   const HistorySpan span{.from_unix_ms = all.rows[5].unix_time_ms, .to_unix_ms = all.rows[9].unix_time_ms};
   CHECK(read_all(*reader, span).minutes() == count(6, 9));
   std::size_t after = 0;
   reader->for_each_row_after(15, [&](const HistoryRow&) { return ++after > 0; });
   CHECK(after == 5);
   CHECK(bytes_of(files.path) == bytes + std::string(777, '\0'));
-  // SQLite puts its own beside what it takes for a database.
+  // SQLite creates its own files beside a file that it accepts as a database.
   const bool is_none = damage.begin < header_bytes;
   if (is_none) CHECK(std::distance(std::filesystem::directory_iterator(files.folder.path()), {}) == 1);
 }
@@ -982,7 +983,7 @@ TEST_CASE("only whole rows make a history of a file that nothing leads into", "[
   const std::string other = bytes_of(files.path);
   CHECK(refusal(other) == "is no history of bmud");
   CHECK(refusal(std::string(16, '\0') + other.substr(16)) == is_none);
-  // A history whose rows are all wrong.
+  // A history with invalid rows only.
   std::filesystem::remove(files.path);
   make_history(files.path, 3);
   run_sql(files.path, "UPDATE minute SET life = 7; UPDATE event SET life = 7");
@@ -993,7 +994,7 @@ TEST_CASE("no number at the beginning of a hostile history leads anywhere", "[un
   const Files files;
   make_history(files.path, 20);
   const std::string good = bytes_of(files.path);
-  constexpr unsigned one_of_these = test::is_sanitized ? 7 : 1;  // each of the twelve at a byte has its turn
+  constexpr unsigned one_of_these = test::is_sanitized ? 7 : 1;  // each of the twelve at a byte is covered
   unsigned number = 0;
   for (std::size_t at = 16; at < header_bytes + 20; ++at) {
     for (const std::string& filling : {std::string(4, '\0'), std::string(4, '\xFF'), std::string("\0\1\x7F\xFF", 4)}) {
@@ -1076,11 +1077,11 @@ TEST_CASE("where no file can be made beside it a history is read with all that w
     const HistoryLife life = life_of(2);
     HistoryFile file({.path = files.path}, life);
     write_minutes(file, life, 1, 20);
-    // As a killed daemon leaves them; what its readers share cannot be made any more, as on a full disk.
+    // Files as left by a killed daemon; the shared file of the readers cannot be created any more, as on a full disk.
     for (const char* end : {"", "-wal"}) std::filesystem::copy_file(files.path + end, copy.path + end);
   }
   REQUIRE(std::filesystem::file_size(copy.path + "-wal") > 0);
-  std::filesystem::create_symlink("nowhere", copy.path + "-shm");  // SQLite follows none there
+  std::filesystem::create_symlink("nowhere", copy.path + "-shm");  // SQLite does not follow a link there
   const std::string database = bytes_of(copy.path);
   const std::string log = bytes_of(copy.path + "-wal");
   {
@@ -1092,7 +1093,7 @@ TEST_CASE("where no file can be made beside it a history is read with all that w
   }
   CHECK(bytes_of(copy.path) == database);
   CHECK(bytes_of(copy.path + "-wal") == log);
-  // Somebody has it open: what is in the log may change under our hands.
+  // Another process has it open: the content of the log may change while it is read.
   const int held = ::open(copy.path.c_str(), O_RDONLY | O_CLOEXEC);
   struct flock lock {};
   lock.l_type = F_RDLCK;
@@ -1101,10 +1102,10 @@ TEST_CASE("where no file can be made beside it a history is read with all that w
   REQUIRE(::fcntl(held, F_OFD_SETLK, &lock) == 0);
   auto reader = HistoryReader::open(copy.path);
   ::close(held);
-  // Then there is only what stands in the database itself, if that is a history at all without its log.
+  // Then only the content of the database itself is read, if it is a history at all without its log.
   const std::string told = reader ? test::read_all(*reader).problems.at(0) : reader.error();
   CHECK(told.find(reader ? "history.sqlite-wal, which cannot be read: " : "history.sqlite: ") != std::string::npos);
-  // Without a log, and with nobody there, it is read as it stands.
+  // Without a log and without another process it is read as it is.
   make_history(files.path, 30);
   REQUIRE_FALSE(std::filesystem::exists(files.path + "-wal"));
   std::filesystem::remove(files.path + "-shm");
@@ -1118,7 +1119,7 @@ TEST_CASE("a flipped bit spoils the row that it is in, and no other", "[unit][hi
   const Files files;
   make_history(files.path, 40);
   const std::string good = bytes_of(files.path);
-  // In the cells of row 20: their bytes stand in the file as they are.
+  // In the cells of row 20: their bytes are stored in the file unchanged.
   const std::string cells = blob_of(history_row(20, life_of(2)).cells);
   const std::size_t at = good.find(cells);
   REQUIRE(at != std::string::npos);
@@ -1130,7 +1131,7 @@ TEST_CASE("a flipped bit spoils the row that it is in, and no other", "[unit][hi
   CHECK(read_all(*reader).rows.size() == 39);
   const auto again = read_all(*reader);
   CHECK(again.rows.size() == 39);
-  CHECK(again.problems == std::vector<std::string>{"minute 20: the checksum is wrong"});  // and not twice
+  CHECK(again.problems == std::vector<std::string>{"minute 20: the checksum is wrong"});  // not reported twice
 }
 
 TEST_CASE("a damaged history is put aside as it is, and a new one begun, after five nothing is written",
@@ -1219,7 +1220,7 @@ TEST_CASE("a new database that cannot be made is made when the disk is well agai
     HistoryFile file({.path = files.path, .vfs = FaultyDisk::name}, life);
     const HistoryRow row = history_row(1, life);
     static_cast<void>(file.write({&row, 1}, {}));
-    // Nobody who reads meanwhile meets half of what makes a history.
+    // A concurrent reader never finds a partially created history.
     if (std::filesystem::file_size(files.path) > 0) {
       const auto reader = HistoryReader::open(files.path);
       CHECK((reader ? "" : reader.error()) == "");

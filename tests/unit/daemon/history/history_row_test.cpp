@@ -1,4 +1,4 @@
-// What a row becomes on disk, and that it comes back as it was.
+// Stored form of a row, and its round trip.
 #include <algorithm>
 #include <set>
 

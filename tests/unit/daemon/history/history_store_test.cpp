@@ -1,4 +1,5 @@
-// The history's thread: nobody waits for it, whatever the disk does, and what it could not write it says.
+// Thread of the history: callers never wait for it, whatever the disk does, and it reports rows that it could not
+// write.
 #include "daemon/history/history_store.hpp"
 
 #include <algorithm>
@@ -27,8 +28,8 @@ using test::read_all;
 
 namespace {
 
-// Offering copies some 50 kB. Who had to wait for a disk that hangs would wait until the test lets it go on; no busy
-// machine holds anybody up for so long as this.
+// Offering copies about 50 kB. A caller that waits for a hanging disk would wait until the test releases it; no busy
+// host delays a caller for as long as this.
 constexpr auto offer_max = std::chrono::seconds(30);
 constexpr Duration long_enough = 60s;
 
@@ -60,7 +61,7 @@ struct Stored {
     static_cast<void>(store.health());
     longest = std::max(longest, steady_clock::now() - begin);
   }
-  /// Asks until it is so; the thread goes by its own time.
+  /// Polls until the condition is met; the thread runs in its own time.
   [[nodiscard]] bool becomes(const std::function<bool(const HistoryHealth&)>& is_so) const {
     const auto deadline = steady_clock::now() + long_enough;
     while (steady_clock::now() < deadline) {
@@ -126,9 +127,9 @@ TEST_CASE("a thread that hangs in the disk is given up at the end", "[unit][hist
     store.start();
     store.offer(*minute_of(1));
   }
-  CHECK(steady_clock::now() - began_at < long_enough);  // the disk would hang for ever
+  CHECK(steady_clock::now() - began_at < long_enough);  // the disk hangs permanently
   disk.let_go();
-  // Let go, it writes what it had in hand before it ends by itself.
+  // Once released, it writes the pending minute before it ends by itself.
   const std::string path = folder / "history.sqlite";
   const auto has_written = [&path] {
     auto reader = HistoryReader::open(path);
@@ -167,7 +168,7 @@ TEST_CASE("a history that becomes damaged under way is put aside, and the minute
   stored.store.start();
   stored.offer(1);
   REQUIRE(stored.store.flush(long_enough));
-  // Other bytes under the same name, and the thread has to open it again.
+  // Other content under the same name: the thread must open the file again.
   stored.folder.file("other", std::string(30'000, 'x'));
   std::filesystem::rename(stored.folder / "other", stored.path);
   stored.offer(2);
@@ -185,7 +186,7 @@ TEST_CASE("a folder that is not there is told, and written to once it is", "[uni
                      life_of(1));
   store.start();
   store.offer(*minute_of(1));
-  CHECK_FALSE(store.flush(long_enough));  // until the next try has failed
+  CHECK_FALSE(store.flush(long_enough));  // until the next attempt has failed
   CHECK(store.is_failing());
   std::filesystem::create_directory(folder / "later");
   const auto deadline = steady_clock::now() + std::chrono::seconds(60);

@@ -1,4 +1,4 @@
-// A minute says what was measured in it, and only that.
+// A minute contains only values that were measured in it.
 #include "daemon/history/minute_averager.hpp"
 
 #include <memory>
@@ -25,7 +25,7 @@ struct AveragedPack {
     };
   }
   void tell_clock(std::int64_t unix_time_ms) { bench.observe(WallClockSeen{.unix_time_ms = unix_time_ms}); }
-  /// The end of the next minute.
+  /// Runs to the end of the next minute.
   const Minute& next() {
     const std::size_t count = minutes.size();
     REQUIRE(bench.run_until([&] { return minutes.size() > count; }, 91s));
@@ -41,7 +41,7 @@ struct AveragedPack {
 
 TEST_CASE("a minute has the mean, the lowest and the highest of what was measured in it", "[unit][history][BMS_F.5]") {
   AveragedPack pack;
-  static_cast<void>(pack.next());  // the modules had to be found first
+  static_cast<void>(pack.next());  // the modules must be found first
   pack.bench.current_mA = 10'000;
   pack.bench.modules[0].cell_voltage_uV[2] = known(3'700'000);
   pack.bench.run(15s);
@@ -61,7 +61,7 @@ TEST_CASE("a minute has the mean, the lowest and the highest of what was measure
   CHECK(voltage_uV.max == 3'700'000);
   CHECK(voltage_uV.samples == Approx(600).margin(2));
   CHECK(minute.cells[3].voltage_uV == SampledValue{3'700'000, 3'700'000, 3'700'000, voltage_uV.samples});
-  // Two sensors and four places for the board's, then the second one of module 2.
+  // Two cell sensors and four board positions of module 1, then the second sensor of module 2.
   CHECK(minute.temperature_dC[7].average == Approx(325).margin(1));
   CHECK(minute.temperature_dC[7].min == 250);
   CHECK(minute.temperature_dC[7].max == 350);
@@ -103,7 +103,7 @@ TEST_CASE("minutes end with those of the wall clock, and a jump of it makes none
   AveragedPack pack;
   pack.bench.run(1s);
   pack.tell_clock(noon_ms + 21'000);
-  const Minute first = pack.next();  // begun before the clock was known
+  const Minute first = pack.next();  // started before the clock was known
   CHECK(first.span == 60s);
   CHECK(first.unix_time_ms == Approx(noon_ms + 20'000).margin(10));
   const Minute second = pack.next();
@@ -132,7 +132,7 @@ TEST_CASE("without a clock minutes are as long, and have no time", "[unit][histo
 
 TEST_CASE("a minute knows what was wrong in it and how long the pack was closed", "[unit][history][BMS_F.5]") {
   CoreConfig config = small_pack();
-  config.limits.stuck_values = never_above;  // the voltages stand still under the current
+  config.limits.stuck_values = never_above;  // the voltages are constant under the current
   AveragedPack pack(config);
   REQUIRE(pack.bench.close());
   pack.bench.current_mA = 36'000;

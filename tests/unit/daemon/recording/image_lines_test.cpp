@@ -1,4 +1,4 @@
-// The state of a core as lines: what is zero is counted, everything comes back.
+// State of a core as lines: zeros are counted, and the round trip is complete.
 #include "daemon/recording/image_lines.hpp"
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Pieces of zeros and of numbers, none of them as long as a line.
+/// Blocks of zeros and of numbers, each shorter than a line.
 Bytes some_bytes(std::size_t size) {
   Bytes bytes(size);
   for (std::size_t at = 0; at < size; ++at) {

@@ -1,4 +1,4 @@
-// The checksum over lines of a recording.
+// Checksum over lines of a recording.
 #include "daemon/recording/line_sum.hpp"
 
 #include <string>

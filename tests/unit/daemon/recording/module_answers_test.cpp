@@ -1,4 +1,4 @@
-// What modules say to a core that asks at other times than the recording's.
+// Module answers for a core that polls at other times than the recorded one.
 #include "daemon/recording/module_answers.hpp"
 
 #include <optional>
@@ -48,7 +48,7 @@ using internal_bus::cells_1;
 using internal_bus::status;
 using internal_bus::temp_1;
 
-/// Both have asked the same, and the module has answered.
+/// Both cores have sent the same poll, and the module has answered.
 struct Bench {
   ModuleAnswers answers;
 
@@ -69,7 +69,7 @@ TEST_CASE("what both ask at once stays as it is", "[unit][recording]") {
   bench.answers.note_now(poll(8), TimePoint{1'100ms});
   bench.answers.note_then(poll(8), TimePoint{1'100ms});
   CHECK(bench.answers.hear(answer(status, 8, 0x22), TimePoint{1'101ms}) == answer(status, 8, 0x22));
-  // Damaged, of another kind, or of nobody's catalogue: none of ours to change.
+  // Frames that are damaged, of another kind, or in no catalogue are not changed.
   CanFrame damaged = answer(cells_1, 8);
   damaged.data[0] ^= 1;
   CHECK(bench.answers.hear(damaged, TimePoint{1'102ms}) == damaged);
@@ -79,9 +79,9 @@ TEST_CASE("what both ask at once stays as it is", "[unit][recording]") {
 
 TEST_CASE("an answer comes under the counter of the latest question that waits for it", "[unit][recording]") {
   Bench bench;
-  bench.answers.note_now(poll(8, node), TimePoint{1'020ms});  // a value is in doubt
+  bench.answers.note_now(poll(8, node), TimePoint{1'020ms});  // a value is implausible
   bench.answers.note_now(poll(9, node), TimePoint{1'040ms});
-  // Nothing new was measured: who doubts has to wait.
+  // No new measurement exists: the second core has to wait.
   CHECK(bench.answers.next_due(TimePoint{1'090ms}) == std::nullopt);
   bench.answers.note_now(poll(10), TimePoint{1'100ms});
   bench.answers.note_then(poll(8), TimePoint{1'100ms});
@@ -94,13 +94,13 @@ TEST_CASE("an answer to a question that only the recording's core asked is not h
   bench.answers.note_then(poll(8, node), TimePoint{1'020ms});
   CHECK(bench.answers.hear(answer(status, 8, 0x22), TimePoint{1'021ms}) == std::nullopt);
   CHECK(bench.answers.hear(answer(cells_1, 8, 0x23), TimePoint{1'022ms}) == std::nullopt);
-  // It is what the module said last all the same.
+  // It is the last answer of the module nevertheless.
   bench.answers.note_now(poll(8), TimePoint{1'300ms});
   const auto last = bench.answers.next_due(TimePoint{1'305ms});
   REQUIRE(last);
   CHECK(last->data[0] == 0x22);
   CHECK(last->data[6] == 8);
-  CHECK(read<status, "cell_voltage_age_ms">(*last).value == 100);  // no older than where nobody waits
+  CHECK(read<status, "cell_voltage_age_ms">(*last).value == 100);  // not older than without waiting
 }
 
 TEST_CASE("where the recording's core asked more slowly a module says again what it said", "[unit][recording]") {
@@ -112,11 +112,11 @@ TEST_CASE("where the recording's core asked more slowly a module says again what
   CHECK(again->id == status.base_id + node);
   CHECK(again->data[0] == 0x11);
   CHECK(again->data[6] == 8);
-  // Its voltages are of the time when they were measured.
+  // The age of its voltages counts from their measurement.
   CHECK(read<status, "cell_voltage_age_ms">(*again).value == 58);
   CHECK(bench.answers.next_due(TimePoint{1'059ms}) == answer(cells_1, 8));
   CHECK(bench.answers.next_due(TimePoint{1'059ms}) == std::nullopt);
-  CHECK(bench.answers.next_due(TimePoint{1'300ms}) == std::nullopt);  // once
+  CHECK(bench.answers.next_due(TimePoint{1'300ms}) == std::nullopt);  // only once
 }
 
 TEST_CASE("temperatures of the recording are heard under a question that does not want them", "[unit][recording]") {
@@ -150,15 +150,15 @@ TEST_CASE("switches are as the other core told them, once it has told otherwise"
     REQUIRE(frame);
     return read_raw<internal_bus::module, "balancing_cells">(*frame);
   };
-  // Told the same they are as they were, whatever that is.
+  // With the same command from both cores the switches are as recorded, whatever that is.
   bench.answers.note_now(bleed(1, 0), TimePoint{2s});
   bench.answers.note_then(bleed(1, 0), TimePoint{2s});
   CHECK(heard_at(TimePoint{3s}, 10, 0x801) == 0x801);
-  // Cell 3 by the recording's core alone, cell 5 by the other.
+  // Cell 3 by the recorded core alone, cell 5 by the second one.
   bench.answers.note_then(bleed(2, 2), TimePoint{4s});
   bench.answers.note_now(bleed(2, 4), TimePoint{4s});
-  CHECK(heard_at(TimePoint{5s}, 11, 0x804) == 0x010);  // all twelve are told by each order: 0 minutes are told, too
-  CHECK(heard_at(TimePoint{125s}, 12, 0x804) == 0);    // its two minutes are over
+  CHECK(heard_at(TimePoint{5s}, 11, 0x804) == 0x010);  // each command sets all twelve, some of them to 0 minutes
+  CHECK(heard_at(TimePoint{125s}, 12, 0x804) == 0);    // its two minutes have elapsed
   bench.answers.note_now(bleed(3, 4), TimePoint{130s});
   CHECK(heard_at(TimePoint{131s}, 13, 0) == 0x010);
   CanFrame stop = make_frame(internal_bus::command, 0);
@@ -185,7 +185,7 @@ TEST_CASE("a module that is silent says nothing at all, asked for whatever", "[u
   static_cast<void>(bench.answers.hear(answer(status, 8), TimePoint{1'101ms}));
   static_cast<void>(bench.answers.hear(answer(cells_1, 8), TimePoint{1'101ms}));
   static_cast<void>(bench.answers.hear(answer(temp_1, 8), TimePoint{1'101ms}));
-  bench.answers.note_then(poll(9), TimePoint{1'200ms});  // in vain
+  bench.answers.note_then(poll(9), TimePoint{1'200ms});  // no answer
   bench.answers.note_now(poll(9, 0, true), TimePoint{4s});
   CHECK(bench.answers.next_due(TimePoint{5s}) == std::nullopt);
   bench.answers.note_now(order(internal_bus::Operation::balance, 3), TimePoint{5s});
@@ -212,8 +212,8 @@ TEST_CASE("what was late, said twice or not asked for stays so", "[unit][recordi
   CHECK(bench.answers.hear(answer(status, 6), TimePoint{1'101ms}) == answer(status, 18));
   CHECK(bench.answers.hear(answer(status, 8), TimePoint{1'102ms}) == answer(status, 20));
   CHECK(bench.answers.hear(answer(status, 8, 0x55), TimePoint{1'103ms}) == answer(status, 20, 0x55));  // two senders
-  CHECK(bench.answers.hear(answer(temp_1, 8), TimePoint{1'104ms}) == answer(temp_1, 20));              // unasked
-  // Who a module is, unasked, has the counter 0 for everybody.
+  CHECK(bench.answers.hear(answer(temp_1, 8), TimePoint{1'104ms}) == answer(temp_1, 20));              // not requested
+  // An unsolicited identity has the counter 0 for both cores.
   CHECK(bench.answers.hear(answer(internal_bus::ident, 0), TimePoint{1'105ms}) == answer(internal_bus::ident, 0));
 }
 
@@ -239,7 +239,7 @@ TEST_CASE("an order that both give has the answer of then, another one is done",
   CHECK(bench.answers.next_due(TimePoint{1'079ms}) == std::nullopt);
   CHECK(bench.answers.next_due(TimePoint{1'084ms}) == response(Operation::stop_balancing, 4));
   CHECK(bench.answers.next_due(TimePoint{1'100ms}) == std::nullopt);
-  // One that only the recording's core gave.
+  // Command of the recorded core alone.
   bench.answers.note_then(order(Operation::balance, 2), TimePoint{1'110ms});
   CHECK(bench.answers.hear(response(Operation::balance, 2), TimePoint{1'112ms}) == std::nullopt);
 }

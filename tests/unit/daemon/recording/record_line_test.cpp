@@ -1,4 +1,4 @@
-// The lines of a recording: what was told, word for word, and back.
+// Lines of a recording: exact round trip of every observation.
 #include "daemon/recording/record_line.hpp"
 
 #include <array>
@@ -42,7 +42,7 @@ CanFrame frame_of(std::uint32_t id, std::uint8_t length) {
   return frame;
 }
 
-/// Each kind of thing that a core is told, with something in each of its members.
+/// Each kind of observation, with a value in each of its members.
 std::vector<ObservedThing> all_kinds() {
   CanFrame extended = frame_of(0x18ff50e5, 2);
   extended.is_extended = true;

@@ -1,4 +1,4 @@
-// Recordings run again: identical, or the first difference.
+// Replay of recordings: identical, or the first difference.
 #include "daemon/recording/replay.hpp"
 
 #include <string>
@@ -13,7 +13,7 @@ using bmu::test::demo_pack;
 
 namespace {
 
-/// Closes, drives, and opens because a cell is empty. Recorded from `from` on.
+/// Recording of a pack that closes, drives, and opens because a cell is empty; from `from` on.
 std::string recorded(const PackConfig& pack, Duration from) {
   return test::recorded_run(pack,
                             "0 pack soc_permille 800\n"
@@ -66,7 +66,7 @@ TEST_CASE("a frame that was another one is found at the tick that it changes", "
   const std::size_t sent = text.find("\n# > vcan0 040#", text.find(" tick ", text.size() / 2));
   REQUIRE(sent != std::string::npos);
   text[sent + 16] = text[sent + 16] == '0' ? '1' : '0';
-  CHECK(replayed(text).counts.ticks_different == 0);  // the lines are for people; the fingerprint is what is compared
+  CHECK(replayed(text).counts.ticks_different == 0);  // the lines are for people; only the fingerprint is compared
 
   const std::size_t tick = text.find(" tick ", text.size() / 2);
   text[tick + 6] = text[tick + 6] == '0' ? '1' : '0';
@@ -138,7 +138,7 @@ TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][rec
   CHECK(problem_of(") tick ", ") tack ").find("column ") == 0);
   CHECK(problem_of("# ahead_us ", "# ahead_us x") == "wanted microseconds between both clocks");
 
-  // Torn in the middle of a line: all ticks before it are good.
+  // Truncated in the middle of a line: all ticks before it are valid.
   const Replayed torn = replayed(std::string_view(text).substr(0, text.size() - 25));
   CHECK(torn.counts.ticks > 900);
   CHECK(torn.counts.ticks_different == 0);

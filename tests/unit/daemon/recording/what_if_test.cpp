@@ -1,4 +1,4 @@
-// What would have happened with other limits: told, and nothing else told.
+// Replay with other limits: the differences are reported, and nothing else.
 #include "daemon/recording/what_if.hpp"
 
 #include <algorithm>
@@ -19,13 +19,13 @@ namespace {
 
 constexpr std::int64_t wall_us = test::recorded_from_us;
 
-/// Closes, drives, and opens because a cell is empty; recorded in two parts.
+/// Recording in two parts of a pack that closes, drives, and opens because a cell is empty.
 std::string recorded(const PackConfig& pack, const std::string& end = "+2 cell 2.7 voltage_mV 2700\n") {
   return test::recorded_run(pack, "0 pack soc_permille 800\n1 vehicle on\n+3 load current_A 20\n" + end,
                             {.length = 10s, .part_length = 5s});
 }
 
-/// The same pack from when it is closed.
+/// Recording of the same pack, started when it is closed.
 std::string recorded_closed(const PackConfig& pack, const std::string& end) {
   return test::recorded_run(pack, "0 pack soc_permille 800\n1 vehicle on\n+4 load current_A 20\n" + end,
                             {.length = 12s, .begin_after = 5s});
@@ -61,7 +61,7 @@ Told told(std::string_view text, const CoreConfig& other) {
   return result;
 }
 
-/// When contactors that were closed went open.
+/// Time at which closed contactors opened.
 std::optional<std::int64_t> opened_at(std::string_view text, bool is_closed = false) {
   RecordReader reader;
   while (!text.empty()) {
@@ -103,12 +103,12 @@ TEST_CASE("a lower limit would have kept the pack closed", "[unit][recording][FS
   REQUIRE(opened);
   CHECK(opened->parts);
   CHECK(run.find("fault: a cell's voltage is too low", true) != nullptr);
-  // The frames of a core that was not to open are given back to it: it does not believe its bus to be dead.
+  // The frames of a core that would not open are echoed to it: it does not consider its bus dead.
   CHECK(run.find("do not get onto the bus", false) == nullptr);
   CHECK(run.find("cell's voltage is too low", false) == nullptr);
-  // A world whose contacts open although they are commanded closed is none to go on in.
+  // The replay does not continue with contacts that open although commanded closed.
   CHECK(run.find("auxiliary contact", false) == nullptr);
-  // Up to the opening nothing differs but what the vehicle is told that it may take.
+  // Up to the opening nothing differs but the limits reported to the vehicle.
   for (const WhatIfMove& move : run.moves) CHECK(move.log_us >= wall_us + 5'900'000);
 }
 
@@ -118,7 +118,7 @@ TEST_CASE("reports that would have said something else are told, each with both"
   other.vehicle.name[0] = 'X';
   const Told run = told(recorded(pack, ""), other);
   CHECK(run.moves.empty());
-  CHECK(run.reports.size() == 10);  // one a second
+  CHECK(run.reports.size() == 10);  // one per second
   for (const WhatIfReport& report : run.reports) {
     CHECK(report.recorded.id == 0x620);
     CHECK(report.other.data[0] == 'X');
@@ -161,7 +161,7 @@ TEST_CASE("with stricter limits it opens when a pack with those limits would hav
     CHECK(run.find("too old", false) == nullptr);
     const WhatIfMove* const opened = run.find("contactors: all open", false);
     REQUIRE(opened);
-    // The recording's core asked its modules every 100 ms: so much later at the most is a value confirmed.
+    // The recorded core polled its modules every 100 ms: a value is confirmed at most this much later.
     CHECK(opened->log_us >= *truth_us - 20'000);
     CHECK(opened->log_us <= *truth_us + 120'000);
     CHECK(run.find("fault: a cell's voltage is too low: cell 2.7 ", false) != nullptr);
@@ -193,7 +193,7 @@ TEST_CASE("an opening that comes a little later is told as that, with its reason
   REQUIRE(before);
   REQUIRE(later);
   CHECK(later->log_us - before->log_us == Approx(30'000).margin(10'000));
-  // That the contacts did not follow is of the world of then.
+  // The missing feedback of the contacts belongs to the recorded pack.
   CHECK(run.find("auxiliary contact", false) == nullptr);
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("a module that falls silent in the recording is silent for both", "[un
     UNSCOPED_INFO(move.log_us << (move.is_recorded ? " not " : " but ") << move.text);
   const std::optional<std::int64_t> recorded_us = opened_at(text, true);
   REQUIRE(recorded_us);
-  // It opens as well, and at that time but for its own pace.
+  // It opens as well, at the same time except for its own poll rate.
   if (!run.moves.empty()) {
     const WhatIfMove* const open = run.find("contactors: all open", false);
     const WhatIfMove* const recorded_open = run.find("contactors: all open", true);
@@ -254,7 +254,7 @@ TEST_CASE("while the machine stood still in the recording, the second core decid
   CoreConfig other = pack.core;
   other.limits.cell_undervoltage.open = pack.core.limits.cell_undervoltage.open - 100'000;
   const std::string script = "0 pack soc_permille 800\n1 vehicle on\n+2 load current_A 20\n";
-  // From the wait for modules up to the drive; short and long stops: within a tick's tolerance, below and above a gap.
+  // From waiting for the modules to driving; short and long stops: within a tick's tolerance, below and above a stall.
   for (Duration at = 200ms; at < 3s; at += 170ms) {
     for (const Duration length : {15ms, 30ms, 60ms, 110ms, 129ms, 140ms, 300ms}) {
       const Told run =
@@ -274,7 +274,7 @@ TEST_CASE("what would have opened the second core while the machine stood still 
           "[unit][recording][FS_6][slow]") {
   const PackConfig pack = demo_pack();
   CoreConfig other = pack.core;
-  // A single sample is enough, and urgent for the second core alone.
+  // A single sample is sufficient, and urgent for the second core alone.
   other.limits.discharge_overcurrent.warn = 25'000;
   other.limits.discharge_overcurrent.open = 30'000;
   other.limits.discharge_overcurrent.confirm = 0ms;
@@ -314,7 +314,7 @@ TEST_CASE("before the first tick of a recording the second core decides nothing,
     lines += line.starts_with('(') ? 1 : 0;
     if (lines == 100) break;
   }
-  // Urgent for the second core alone, and nothing for six years.
+  // Urgent for the second core alone, and no frame for six years.
   CoreConfig other = pack.core;
   other.limits.cell_undervoltage.open = 3'990'000;
   const Told run = told(without_ticks + "(1900000000.000000) vcan0 123#00 R\n", other);

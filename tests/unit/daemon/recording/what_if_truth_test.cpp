@@ -1,4 +1,4 @@
-// What bmureplay --config tells, held against what a pack with that other configuration does: nothing is made up.
+// Results of bmureplay --config compared with a pack that has the other configuration: nothing is invented.
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t wall_us = test::recorded_from_us;
 
-/// As the files say, with one text in place of another.
+/// Demonstration pack with one text of its files replaced.
 PackConfig changed_pack(std::string_view was, std::string_view becomes) {
   PackSources sources = demo_pack().sources;
   const std::size_t at = sources.pack_text.find(was);
@@ -26,7 +26,7 @@ PackConfig changed_pack(std::string_view was, std::string_view becomes) {
   return *pack;
 }
 
-/// What it is, without the cell, the value and the limit.
+/// Kind of an event, without the cell, the value and the limit.
 std::string kind_of(std::string_view text) {
   const std::size_t first = text.find(": ");
   if (first == std::string_view::npos) return std::string(text);
@@ -59,7 +59,7 @@ bool has(const std::vector<Happened>& events, const WhatIfMove& move) {
   return false;
 }
 
-/// All that is told of the second core happens in truth, and of the recorded one what does not.
+/// Every event reported for the second core really happens, and those reported for the recorded core only do not.
 void hold_against_truth(std::string_view script, Duration length, const PackConfig& other) {
   const std::string then = test::recorded_run(script, length);
   const std::vector<Happened> truth = events_of(test::recorded_run(other, script, {.length = length}));
@@ -73,7 +73,7 @@ void hold_against_truth(std::string_view script, Duration length, const PackConf
   for (const WhatIfMove& move : moves) {
     const bool is_command = (move.text.find("contactors: ") == 0 && move.text.find(" -> ") == std::string::npos) ||
                             move.text.find("outputs: ") == 0;
-    const bool hangs_on_phase = move.text.find("state of charge starts") == 0;  // of the polls
+    const bool hangs_on_phase = move.text.find("state of charge starts") == 0;  // phase of the polls
     if (is_command || hangs_on_phase) continue;
     CAPTURE(move.log_us - wall_us, move.text, move.is_recorded);
     CHECK(has(truth, move) != move.is_recorded);

@@ -1,4 +1,4 @@
-// A closing command that could not be sent at once is not sent at all; an opening one always is.
+// A closing command that cannot be sent at once is not sent at all; an opening one always is.
 #include "daemon/shell/late_decision.hpp"
 
 #include "tests/support/catch.hpp"

@@ -1,4 +1,4 @@
-// When another pack file may be taken up, and what is said of it.
+// Conditions for loading another pack file, and the reported result.
 #include "daemon/shell/reload.hpp"
 
 #include <string>

@@ -1,4 +1,4 @@
-// The alarm output of a module: what opens it, what does not, and until when.
+// Alarm output of a module: conditions that open it, conditions that do not, and how long it stays open.
 #include "mmu/devices/alarm.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"

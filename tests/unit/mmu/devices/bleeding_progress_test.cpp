@@ -1,4 +1,4 @@
-// Cells that bleeding does not bring down.
+// Cells that bleeding does not discharge.
 #include "mmu/devices/bleeding_progress.hpp"
 
 #include "tests/support/catch.hpp"
@@ -29,7 +29,7 @@ TEST_CASE("a cell that does not come down gets ten rounds", "[unit][mmu][MMU_AB]
   BleedingProgress progress;
   CHECK(rounds_of_second(progress, 20'000, 0) == 10);
   CHECK(progress.hopeless() == second);
-  CHECK(progress.begin_round(second, second_above(1'000)) == 0);  // and stays given up
+  CHECK(progress.begin_round(second, second_above(1'000)) == 0);  // still given up
 }
 
 TEST_CASE("one that comes down a millivolt within ten rounds is bled to the end", "[unit][mmu][MMU_AB]") {

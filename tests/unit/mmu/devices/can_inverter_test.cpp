@@ -1,4 +1,4 @@
-// The emulated inverter: it takes what it is told, for as long as that holds, and says that it is there.
+// Emulated inverter: it follows its limits as long as they are valid, and reports its presence.
 #include "mmu/devices/can_inverter.hpp"
 
 #include "devices/device_list.hpp"
@@ -24,7 +24,7 @@ struct Bench {
   void tell() {
     for (std::size_t index = 0; index < 2; ++index) inverter.observe(*driver.frame(index, report, {}), now);
   }
-  /// What it takes after so long at this voltage, told each second.
+  /// Current after this time at this voltage, with limits sent every 100 ms.
   double after(Duration span, double at_V = link_V, bool is_told = true) {
     for (const TimePoint end = now + span; now < end; now += 100ms) {
       if (is_told) tell();
@@ -55,7 +55,7 @@ TEST_CASE("it takes no more than it is told, either way, and nothing untold", "[
   CHECK(bench.after(2s) == Approx(0.0));
   bench.report.may_charge = true;
   CHECK(bench.after(10s) == Approx(-50.0));
-  CHECK(bench.after(10s, link_V, false) == Approx(0.0));  // what it was told has grown old
+  CHECK(bench.after(10s, link_V, false) == Approx(0.0));  // its limits have expired
 }
 
 TEST_CASE("one of SMA stops while an alarm of the battery is raised, and goes on when it is cleared",

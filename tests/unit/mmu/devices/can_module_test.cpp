@@ -1,5 +1,5 @@
-// The emulated modules of other makers, against what their driver asks and reads: dates, the start, bleeding, silence,
-// and the faults of their wire.
+// Emulated modules of other manufacturers, tested with their driver: times, start, bleeding, silence, and the faults of
+// their frames.
 #include "mmu/devices/can_module.hpp"
 
 #include <vector>
@@ -18,7 +18,7 @@ const ModuleDriver& driver_of(std::string_view name) {
   return *find_device(name)->modules;
 }
 
-/// Each cell a millivolt above the one before, sensors a degree.
+/// Measurements with each cell a millivolt above the previous one, and each sensor a degree.
 ModuleMeasurements measured_by(const ModuleDriver& driver, std::int32_t first_uV = 3'700'000) {
   ModuleMeasurements measured;
   for (std::size_t cell = 0; cell < driver.cell_count_max; ++cell) {
@@ -32,7 +32,7 @@ ModuleMeasurements measured_by(const ModuleDriver& driver, std::int32_t first_uV
   return measured;
 }
 
-/// One module, asked by its driver.
+/// One module, polled by its driver.
 struct ModuleBench {
   explicit ModuleBench(std::string_view name, std::uint8_t node_asked = 3, std::size_t place = 0)
       : driver(driver_of(name)),
@@ -55,7 +55,7 @@ struct ModuleBench {
     }
     return sent;
   }
-  /// A question every round of the car.
+  /// Polls the module once per round of the car.
   std::vector<TimedFrame> run_asked(Duration duration, std::optional<std::int32_t> bleed_above_uV = std::nullopt) {
     std::vector<TimedFrame> all;
     for (Duration done{}; done < duration; done += driver.round_min) {
@@ -67,7 +67,7 @@ struct ModuleBench {
   }
   [[nodiscard]] std::uint8_t asked() const { return driver.asks_each ? node : std::uint8_t{0}; }
   [[nodiscard]] ModuleReport read(const CanFrame& frame) const { return driver.take(frame, config.options); }
-  /// What the frames together say, each part once.
+  /// Parts that the frames contain together.
   [[nodiscard]] ModuleParts parts_of(const std::vector<TimedFrame>& sent) const {
     ModuleParts parts = 0;
     for (const TimedFrame& one : sent) parts |= read(one.frame).parts;
@@ -99,7 +99,7 @@ std::vector<const ModuleDriver*> drivers() {
   return all;
 }
 
-/// Of the frames that have one.
+/// Counters of the frames that have one.
 std::vector<int> counters_in(const ModuleBench& bench, const std::vector<TimedFrame>& sent) {
   std::vector<int> counters;
   for (const TimedFrame& one : sent) {
@@ -218,7 +218,7 @@ TEST_CASE("a module that is asked for itself answers its own valid question alon
   CHECK(counters[13] == 14);
   CHECK(counters[14] == 0);
   CHECK(counters[15] == 1);
-  // What it is not asked for it leaves out.
+  // Parts that are not requested are omitted.
   bench.module.observe(bench.question({.node = 3, .wants_voltages = false}), bench.now);
   CHECK(bench.parts_of(bench.run(24ms)) == (bit_of(ModulePart::status) | bit_of(ModulePart::temperatures)));
   bench.module.observe(bench.question({.node = 3, .is_start = true}), bench.now);
@@ -250,7 +250,7 @@ TEST_CASE("it bleeds the cells above what it is told, by its own samples, until 
     const auto above = static_cast<CellMask>(first_cells(driver->cell_count_max) & ~first_cells(6));
     CHECK(bench.module.bleeding_cells() == above);
     CHECK(bench.status_in(bench.run_asked(200ms, 3'705'000)).bleeding_cells == above);
-    // A cell that has no number is not bled.
+    // A cell without a valid voltage is not bled.
     bench.measured.cell_voltage_uV[7] = not_known(Validity::out_of_range);
     bench.run_asked(200ms, 3'705'000);
     CHECK(bench.module.bleeding_cells() == (above & ~cell_bit(7)));

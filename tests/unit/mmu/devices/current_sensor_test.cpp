@@ -1,4 +1,4 @@
-// The emulated current and voltage sensor: periods, counters, flags, byte orders.
+// Emulated current and voltage sensor: periods, counters, flags, byte orders.
 #include "mmu/devices/current_sensor.hpp"
 
 #include <map>

@@ -1,4 +1,4 @@
-// The measuring chip's register groups: what goes in comes out, and what is damaged on the way does not.
+// Register groups of the front end: round trip, and rejection of damaged groups.
 #include "mmu/devices/front_end.hpp"
 
 #include <bit>
@@ -25,7 +25,7 @@ FrontEndInputs some_inputs() {
   return inputs;
 }
 
-/// Bit by bit, as the data sheet describes it: another way to the same code.
+/// PEC bit by bit, as the data sheet describes it: an independent way to the same code.
 std::uint16_t pec_by_bits(std::span<const std::uint8_t> bytes) {
   unsigned remainder = 16;
   for (const std::uint8_t byte : bytes) {

@@ -1,4 +1,4 @@
-// Counting cells that stand above the lowest of their module.
+// Counting of cells above the lowest of their module.
 #include "mmu/devices/imbalance.hpp"
 
 #include "tests/support/catch.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int32_t lowest_uV = 3'600'000;
 
-/// All cells alike, except the second.
+/// Reading with equal cells, except the second.
 CellReading second_above(std::int32_t by_uV) {
   CellReading reading;
   reading.cell_voltage_uV.fill(lowest_uV);
@@ -19,7 +19,7 @@ CellReading second_above(std::int32_t by_uV) {
 
 ImbalanceWatch watch_at_rest() {
   ImbalanceWatch watch;
-  watch.check(second_above(0));  // the first window may have begun under a switch
+  watch.check(second_above(0));  // a switch may have been on in the first window
   return watch;
 }
 
@@ -64,7 +64,7 @@ TEST_CASE("nothing is counted in a window that saw a switch on", "[unit][mmu][MM
   CHECK(watch.cells() == 0);
   CHECK_FALSE(watch.is_decided());
   watch.note_switches(false);
-  check_times(watch, second_above(9'000), 51);  // of the first, a part was under the switch
+  check_times(watch, second_above(9'000), 51);  // in a part of the first one a switch was on
   CHECK(watch.cells() == 0);
   check_times(watch, second_above(9'000), 1);
   CHECK(watch.cells() == cell_bit(1));

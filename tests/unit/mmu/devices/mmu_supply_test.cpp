@@ -1,4 +1,4 @@
-// A module's two supplies and what it does on each of them: normal, on its own, asleep, without power.
+// The two supplies of a module and its behaviour on each of them: normal, autonomous, asleep, without power.
 #include <algorithm>
 
 #include "tests/support/catch.hpp"
@@ -43,7 +43,7 @@ TEST_CASE("four low readings in a row are a failure, four good ones its end", "[
 TEST_CASE("the module's own supply is watched as well", "[unit][mmu][MMU_8][MMU_9]") {
   SupplyMonitor monitor;
   for (int reading = 0; reading < 4; ++reading) monitor.note(36'000, 4'999);
-  CHECK(monitor.in_use() == SupplyInUse::external);  // no matter while the other one is there
+  CHECK(monitor.in_use() == SupplyInUse::external);  // without effect while the external supply is present
   for (int reading = 0; reading < 4; ++reading) monitor.note(0, 4'999);
   CHECK(monitor.in_use() == SupplyInUse::none);
   for (int reading = 0; reading < 4; ++reading) monitor.note(0, 5'000);
@@ -58,7 +58,7 @@ bool is_on_module(MmuBench& bench) {
   return read_raw<status, "supply">(frame) == 1;
 }
 
-/// One transfer each from here on: right behind a sample.
+/// Runs to just after a sample, so that each step has one transfer.
 void align_to_sample(MmuBench& bench) {
   bench.run(10ms - (bench.now - power_up) % 10ms + 1ms);
 }
@@ -203,7 +203,7 @@ TEST_CASE("woken on module supply without a master it sleeps again", "[unit][mmu
   REQUIRE(bench.mmu.is_asleep());
   bench.mmu.observe(data_frame(0x041, 8), bench.now);
   CHECK_FALSE(bench.mmu.is_asleep());
-  CHECK(bench.run(2s).size() == 1);  // who it is
+  CHECK(bench.run(2s).size() == 1);  // IDENT
   CHECK(bench.mmu.is_asleep());
 }
 
@@ -225,9 +225,9 @@ TEST_CASE("kept awake by traffic on module supply it does nothing on its own", "
   CHECK(bench.mmu.is_asleep());
 }
 
-// --- on its own account ---------------------------------------------------------------------------------------------
+// --- autonomous balancing -------------------------------------------------------------------------------------------
 
-/// On module supply, allowed to balance on its own, the master gone a moment ago.
+/// Module on its own supply, allowed to balance autonomously, just after the last POLL.
 MmuBench left_alone(const BenchInputs* inputs = nullptr, bool is_allowed = true) {
   MmuBench bench;
   if (inputs != nullptr) bench.measured = *inputs;
@@ -246,7 +246,7 @@ BenchInputs cells_above_the_rest(CellMask cells, std::int32_t by_uV) {
   return inputs;
 }
 
-/// Until the first switch is on, or asleep, at most a minute.
+/// Runs until the first switch is on or the module is asleep, at most a minute; returns the time.
 Duration run_until_balancing_or_asleep(MmuBench& bench) {
   const TimePoint begun = bench.now;
   while (bench.mmu.balancing_cells() == 0 && !bench.mmu.is_asleep() && bench.now - begun < 60s) bench.run(1ms);
@@ -263,14 +263,14 @@ TEST_CASE("a module left alone balances cells more than 5 mV above the lowest, a
   CHECK(bench.mmu.mode() == UnitMode::autonomous);
   CHECK(bench.mmu.balancing_cells() == (cell_bit(1) | cell_bit(7)));
 
-  // What is seen under the switches does not count: both read lower by their wires, and cell 8's neighbour higher.
+  // Readings with a switch on do not count: both cells read lower by their wires, and the neighbour of cell 8 higher.
   bench.measured.cell_voltage_uV[1] -= 20'000;
   bench.measured.cell_voltage_uV[7] -= 20'000;
   bench.measured.cell_voltage_uV[8] += 10'000;
   bench.run(59s);
   CHECK(bench.mmu.balancing_cells() == (cell_bit(1) | cell_bit(7)));
   bench.measured.cell_voltage_uV[1] += 20'000;
-  bench.measured.cell_voltage_uV[7] += 20'000 - 5'100;  // now alike; cell 2 is not yet
+  bench.measured.cell_voltage_uV[7] += 20'000 - 5'100;  // now equal; cell 2 is not yet
   bench.measured.cell_voltage_uV[8] -= 10'000;
   bench.run(1100ms);
   CHECK(bench.mmu.balancing_cells() == 0);
@@ -293,8 +293,8 @@ TEST_CASE("a small cell that comes down to the lowest within its minute is bled 
   MmuBench bench = left_alone(&inputs);
   run_until_balancing_or_asleep(bench);
   REQUIRE(bench.mmu.balancing_cells() == (cell_bit(1) | cell_bit(7)));
-  // A volt a minute, from what the wires leave of it; the other is as large as cells are. The master's lowest falls
-  // with all of them: it is the difference that counts.
+  // Falls by a volt a minute, starting from the reading reduced by the wires; the other cell has the usual size. The
+  // lowest cell falls with all of them: only the difference counts.
   bench.measured.cell_voltage_uV[1] -= 20'000;
   const std::int32_t loaded_uV = bench.measured.cell_voltage_uV[1];
   const TimePoint begun = bench.now;
@@ -309,14 +309,14 @@ TEST_CASE("a small cell that comes down to the lowest within its minute is bled 
   CAPTURE(fallen_uV, to_ms(bench.now - begun));
   CHECK(bench.now - begun < 1s);
   CHECK(fallen_uV >= 6'000);
-  CHECK(fallen_uV <= 6'000 + 600 + 300 * 100 / 6);  // three averages more, and what all have lost
+  CHECK(fallen_uV <= 6'000 + 600 + 300 * 100 / 6);  // three more averages, and the fall of all cells
   CHECK(bench.mmu.balancing_cells() == cell_bit(7));
   bench.run(50s);
   CHECK(bench.mmu.balancing_cells() == cell_bit(7));
 }
 
 TEST_CASE("a cell that bleeding does not bring down is given up after ten rounds", "[unit][mmu][MMU_AB]") {
-  const BenchInputs inputs = cells_above_the_rest(cell_bit(4), 20'000);  // whatever it does: its channel is stuck
+  const BenchInputs inputs = cells_above_the_rest(cell_bit(4), 20'000);  // constant: its channel is stuck
   MmuBench bench = left_alone(&inputs);
   Duration on_for{};
   for (const TimePoint begun = bench.now; bench.now - begun < 3h && !bench.mmu.is_asleep();) {
@@ -330,7 +330,7 @@ TEST_CASE("a cell that bleeding does not bring down is given up after ten rounds
 
 TEST_CASE("on its own it trusts no look from before", "[unit][mmu][MMU_A][MMU_IMB]") {
   MmuBench bench = left_alone();
-  bench.run_polled(60s);  // alike, and long decided
+  bench.run_polled(60s);  // equal, and decided long ago
   bench.measured.cell_voltage_uV[4] += 20'000;
   bench.run_polled(GENERATE(0s, 1s, 3s));
   bench.run(6s);
@@ -462,7 +462,7 @@ TEST_CASE("on its own, a module that cannot see its board sleeps", "[unit][mmu][
   CHECK(bench.mmu.is_asleep());
 }
 
-// --- the thesis' own scenario ---------------------------------------------------------------------------------------
+// --- scenario of the thesis -----------------------------------------------------------------------------------------
 
 TEST_CASE("cells 2, 5, 8 and 11 for two minutes: on for exactly that, whatever is repeated meanwhile",
           "[unit][mmu][MMU_CB][MMU_3]") {
@@ -489,7 +489,7 @@ TEST_CASE("cells 2, 5, 8 and 11 for two minutes: on for exactly that, whatever i
     INFO("cell " << cell + 1);
     CHECK(on_for[cell] == (has_cell(four, cell) ? Duration{120s} : Duration{}));
   }
-  CHECK(bench.now - off_at > 25s);  // and nothing came back
+  CHECK(bench.now - off_at > 25s);  // no switch came on again
   REQUIRE(command_four() == done);  // from 0 minutes, the same number is a change
   bench.run_polled(1s);
   CHECK(bench.mmu.balancing_cells() == four);

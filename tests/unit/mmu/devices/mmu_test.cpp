@@ -1,4 +1,4 @@
-// The emulated module unit against the protocol.
+// Emulated module unit against the protocol.
 #include <algorithm>
 
 #include "tests/support/catch.hpp"
@@ -275,7 +275,7 @@ TEST_CASE("one damaged group costs its three cells one sample, and their age is 
   CHECK(read<cells_3, "cell_voltage_7_uV">(answer.at(3).frame) == known(3'600'000));
   bench.run(100ms);
   const auto later = bench.ask(want_status | want_cells);
-  CHECK(read<status, "cell_voltage_age_ms">(later.at(0).frame).value < 210);  // of those that have one
+  CHECK(read<status, "cell_voltage_age_ms">(later.at(0).frame).value < 210);  // of the cells that have one
   CHECK_FALSE(read<cells_2, "cell_voltage_4_uV">(later.at(2).frame).is_valid());
   CHECK(read<cells_3, "cell_voltage_9_uV">(later.at(3).frame) == known(3'600'000));
 }
@@ -400,7 +400,7 @@ std::int64_t undervoltage_mask(MmuBench& bench) {
   return read_raw<status, "undervoltage_cells">(bench.status());
 }
 
-/// Right after an average was complete, so that whole 100 ms checks follow.
+/// Runs to just after a complete average, so that whole 100 ms checks follow.
 void align_to_check(MmuBench& bench) {
   bench.run(100ms - (bench.now - power_up) % 100ms + 91ms);
 }
@@ -516,7 +516,7 @@ TEST_CASE("of more COMMANDs than a millisecond can answer, those not answered ar
   for (std::size_t order = 0; order < answered.size(); ++order) {
     CHECK(answered[order].frame.data[6] == orders[order].data[6]);
   }
-  CHECK(bench.command(orders.back()) == done);  // lost, not repeated: the same frame is taken
+  CHECK(bench.command(orders.back()) == done);  // lost, not repeated: the same frame is accepted
   CHECK(bench.mmu.limits().undervoltage_uV == 100 * 0x6009);
 }
 
@@ -549,11 +549,11 @@ TEST_CASE("unknown operations and wrong arguments are refused with their reason"
   CHECK(result({0}) == unknown_operation);
   CHECK(result({8}) == unknown_operation);
   CHECK(result({0xFF}) == unknown_operation);
-  CHECK(result({1, 0}) == bad_argument);  // mode "starting" cannot be ordered
+  CHECK(result({1, 0}) == bad_argument);  // mode "starting" cannot be commanded
   CHECK(result({1, 2}) == bad_argument);  // nor autonomous
   CHECK(result({1, 4}) == bad_argument);
   CHECK(result({1, 1, 1}) == done);
-  CHECK(result({6, 9, 0x00, 0x12, 0xD6, 0x87}) == bad_argument);  // set node goes to all only
+  CHECK(result({6, 9, 0x00, 0x12, 0xD6, 0x87}) == bad_argument);  // set node is valid as a broadcast only
   CHECK(result({7, 0}) == bad_argument);
   CHECK(result({7, 126}) == bad_argument);
   CHECK(result({7, 125}) == done);
@@ -688,7 +688,7 @@ TEST_CASE("balancing pauses while a board is too hot and goes on afterwards", "[
   bench.measured.board_temperature_dC[2] = known(540);
   bench.run_polled(3s);
   CHECK(read_raw<status, "board_too_hot">(bench.status()) == 0);
-  CHECK(bench.mmu.balancing_cells() == cell_bit(0));  // the minute of the other went by meanwhile
+  CHECK(bench.mmu.balancing_cells() == cell_bit(0));  // the minute of the other has elapsed meanwhile
   bench.run_polled(40s);
   CHECK(bench.mmu.balancing_cells() == cell_bit(0));
   bench.run_polled(6s);
@@ -732,7 +732,7 @@ TEST_CASE("a module sent to sleep answers, then sleeps, and any frame wakes it",
   REQUIRE(announced.size() == 1);
   CHECK(announced[0].frame.id == 0x303);
   CHECK(announced[0].at == woken_at + 30ms);
-  CHECK(bench.ask(want_status).empty());  // too early, but somebody is there
+  CHECK(bench.ask(want_status).empty());  // too early, but a master is present
   const auto answer = bench.ask(want_status);
   REQUIRE(answer.size() == 1);
   CHECK(read_raw<status, "restarted">(answer[0].frame) == 0);
@@ -743,7 +743,7 @@ TEST_CASE("a module sent to sleep answers, then sleeps, and any frame wakes it",
   CHECK_FALSE(bench.mmu.is_asleep());  // a master that falls silent later is no reason to sleep
 }
 
-/// A module put to sleep and woken by a frame that means nothing to it.
+/// Module put to sleep and woken by a frame that it does not use.
 MmuBench woken_bench(std::uint8_t node = 3) {
   MmuBench bench({.node = node});
   bench.settle();
@@ -793,7 +793,7 @@ TEST_CASE("10 ms times its node number after waking a module says who it is, wha
 TEST_CASE("modules that wake each other by saying who they are come to rest", "[unit][mmu][MMU_S]") {
   std::vector<MmuBench> benches;
   for (const std::uint8_t node : std::initializer_list<std::uint8_t>{63, 62, 61}) benches.push_back(woken_bench(node));
-  // One after the other, so that each wakes while the one before is about to sleep.
+  // One after another, so that each wakes while the previous one is about to sleep.
   benches[1].run(3s);
   benches[2].run(3s);
   REQUIRE(benches[1].mmu.is_asleep());
@@ -810,7 +810,7 @@ TEST_CASE("modules that wake each other by saying who they are come to rest", "[
     }
   };
   for (int ms = 0; ms < 10'000; ++ms) tick_all();
-  CHECK(said == 4);  // the first had fallen asleep again before the next one spoke
+  CHECK(said == 4);  // the first had fallen asleep again before the next one sent
   for (const MmuBench& one : benches) CHECK(one.mmu.is_asleep());
 }
 

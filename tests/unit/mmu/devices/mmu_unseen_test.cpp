@@ -1,4 +1,4 @@
-// What a module unit cannot measure: it does not bleed it, and claims nothing of it.
+// Cells that a module unit cannot measure: it neither bleeds them nor reports anything about them.
 #include "tests/support/catch.hpp"
 #include "tests/support/mmu_bench.hpp"
 
@@ -11,7 +11,7 @@ using namespace internal_bus;
 constexpr std::int64_t done = static_cast<std::int64_t>(CommandResult::done);
 constexpr std::int64_t hardware_fault = static_cast<std::int64_t>(CommandResult::hardware_fault);
 
-/// These groups arrive damaged from now on.
+/// Damages these groups in every transfer from now on.
 void lose(MmuBench& bench, std::initializer_list<RegisterGroup> groups) {
   bench.on_transfer = [lost = std::vector<RegisterGroup>(groups)](FrontEndTransfer& transfer) {
     for (const RegisterGroup group : lost) transfer.groups[static_cast<std::size_t>(group)][7] ^= 0x02;
@@ -56,7 +56,7 @@ TEST_CASE("minutes for a cell that is not measured are a hardware fault", "[unit
   }
   bench.run_polled(1s);
   CHECK(balance(bench, {5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5}) == hardware_fault);
-  CHECK(balance(bench, {0, 0, 7, 0}) == done);  // to stop is always possible
+  CHECK(balance(bench, {0, 0, 7, 0}) == done);  // stopping is always possible
   bench.run_polled(2s);
   CHECK(bench.mmu.balancing_cells() == 0);
 }
@@ -78,7 +78,7 @@ TEST_CASE("a switch goes off when its cell is measured no more, and does not com
   }
   SECTION("one group of voltages") {
     lose(bench, {RegisterGroup::cells_2});
-    bench.run_polled(200ms);  // their age can be told as yet
+    bench.run_polled(200ms);  // their age is still in range
     CHECK(bench.mmu.balancing_cells() == first_cells(5));
     bench.run_polled(100ms);
     left = first_cells(3);
@@ -115,7 +115,7 @@ TEST_CASE("minutes are a hardware fault while a board sensor cannot be read", "[
   bench.on_transfer = nullptr;
   bench.measured.board_temperature_dC[1] = known(300);
   bench.run_polled(5s);
-  CHECK(bench.mmu.balancing_cells() == 0);  // it was refused: nothing begins later
+  CHECK(bench.mmu.balancing_cells() == 0);  // the command was refused: nothing starts later
   CHECK(balance(bench, {2}) == done);
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("on its own, a module whose self-test fails stops and sleeps", "[unit]
   CHECK(bench.mmu.is_asleep());
 }
 
-// --- what it says ---------------------------------------------------------------------------------------------------
+// --- reported flags -------------------------------------------------------------------------------------------------
 
 TEST_CASE("a board that was hot stays so until its sensors are seen", "[unit][mmu][MMU_16][MMU_PEC]") {
   MmuBench bench;

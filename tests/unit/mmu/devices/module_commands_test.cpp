@@ -1,4 +1,4 @@
-// What the core tells single modules, when, and what it makes of what they say of themselves.
+// Commands of the core to single modules, their times, and the reaction to the states that modules report.
 #include <algorithm>
 #include <vector>
 
@@ -104,7 +104,7 @@ TEST_CASE("a module on its own supply opens the pack after half a second, and ke
   CHECK(bench.core().faults().state(FaultId::module_supply_lost).confirmed.element == Element{.module_node = 2});
   bench.give(Command::clear_faults);
   bench.run(2s);
-  CHECK(bench.is_active(FaultId::module_supply_lost));  // its cause is there
+  CHECK(bench.is_active(FaultId::module_supply_lost));  // its cause is still present
 }
 
 TEST_CASE("a module that is autonomous though it is polled is a warning", "[unit][core][MMU_A]") {
@@ -186,8 +186,7 @@ TEST_CASE("whether modules may balance by themselves is told to each, again afte
   }
 }
 
-// --- a restart while the contactors close
-// -----------------------------------------------------------------------------
+// --- a restart while the contactors close ---------------------------------------------------------------------------
 
 TEST_CASE("a module that restarts during the precharge withdraws the permission at once, and is named",
           "[unit][core][BMS_F.2][MMU_2]") {
@@ -210,13 +209,12 @@ TEST_CASE("a module that restarts during the precharge withdraws the permission 
   }));
 }
 
-// --- one COMMAND at a time
-// --------------------------------------------------------------------------------------------
+// --- one COMMAND at a time ------------------------------------------------------------------------------------------
 
 TEST_CASE("limits and a stop for one module never cross: no answer is late", "[unit][core][MMU_2][MMU_CB]") {
   CoreBench bench(small_pack());
   bench.run(2s);
-  bench.modules[1].balancing_cells = 1;  // nobody told it to: stopped again and again
+  bench.modules[1].balancing_cells = 1;  // not commanded: stopped repeatedly
   for (int tenth = 0; tenth < 200; ++tenth) {
     if (tenth % 3 == 0) bench.modules[1].restarted = bench.modules[1].limits_not_set = true;
     bench.run(100ms);
@@ -236,8 +234,7 @@ TEST_CASE("a module that answers no COMMAND is still told to stop", "[unit][core
   CHECK(commands(bench, 2, internal_bus::Operation::set_limits).size() >= 10);
 }
 
-// --- who does not balance
-// ---------------------------------------------------------------------------------------------
+// --- modules that do not balance ------------------------------------------------------------------------------------
 
 TEST_CASE("a module that refuses its minutes is a warning that names it, until it obeys", "[unit][core][MMU_CB]") {
   CoreBench bench(balancing_pack());
@@ -250,8 +247,7 @@ TEST_CASE("a module that refuses its minutes is a warning that names it, until i
   CHECK(bench.run_until([&] { return !bench.is_active(FaultId::balancing_refused); }, 20s));
 }
 
-// --- paces
-// ------------------------------------------------------------------------------------------------------------
+// --- poll rates -----------------------------------------------------------------------------------------------------
 
 TEST_CASE("a parked pack with a single module that lost its POLL is asked again before the module ends what it does",
           "[unit][core][paces][MMU_CB]") {

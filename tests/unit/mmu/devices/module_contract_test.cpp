@@ -1,6 +1,6 @@
-// The module unit against the tables of the protocol document, byte by byte: every worked frame of a module, every
-// flag, mask, range and special code of what it sends, every bit of POLL and every operation of COMMAND. Places and
-// values stand here as the document has them, and not as the codec does.
+// Module unit against the tables of the protocol document, byte by byte: every worked frame of a module, every flag,
+// mask, range and special code of the frames it sends, every bit of POLL and every operation of COMMAND. Positions and
+// values are those of the document, not of the codec.
 #include <algorithm>
 #include <numeric>
 
@@ -47,7 +47,7 @@ CanFrame command_of(MmuBench& bench, const Bytes& bytes, std::uint8_t node = 3) 
   return frame;
 }
 
-/// Nothing to complain of: limits given, the restart told.
+/// Module without any flag: limits set, restart reported.
 MmuBench quiet_bench(const MmuConfig& config = {.node = 3, .serial_number = 1234567}) {
   MmuBench bench(config);
   bench.settle();
@@ -74,7 +74,7 @@ TEST_CASE("worked frame 103: balancing, cell 5 over its limit, voltages 12 ms ol
   bench.now += 1ms;
   bench.poll_counter = 41;
   bench.poll(0x8F);
-  bench.now += 2ms;  // a loop that comes as late as it may
+  bench.now += 2ms;  // the latest permitted loop
   const MmuFrames sent = bench.mmu.tick(bench.now, bench.transfer());
   REQUIRE(sent.size() >= 1);
   CHECK(sent[0] == worked(internal_bus::status, 0x5C).frame());
@@ -103,7 +103,7 @@ TEST_CASE("worked frames 343, 383 and 2C3: minutes for cell 5, done, its switch 
           "[unit][mmu][contract][MMU_CB]") {
   MmuBench bench = quiet_bench();
   bench.measured.module_mV = 43'812;
-  bench.measured.reports_faults = false;  // a module of before, whose b5 are the minutes alone
+  bench.measured.reports_faults = false;  // an older module: its b5 contains the minutes alone
   bench.mmu.observe(worked(internal_bus::command, 3).frame(), bench.now);
   const auto said = bench.run(10ms);
   REQUIRE(said.size() == 1);
@@ -198,7 +198,7 @@ TEST_CASE("STATUS b1: each flag by its own cause", "[unit][mmu][contract]") {
       {0x04, [](MmuBench& b) { b.measured.open_wires = 1; }},
       {0x08, [](MmuBench& b) { b.measured.board_temperature_dC[3] = known(860); }},
       {0x10, [](MmuBench& b) { b.measured.external_supply_mV = 4'900; }},
-      {0xA0, [](MmuBench& b) { b.mmu.restart(b.now); }, 20ms},  // and with that, limits not set
+      {0xA0, [](MmuBench& b) { b.mmu.restart(b.now); }, 20ms},  // this includes limits not set
       {0x40, [](MmuBench& b) { b.measured.cell_temperature_dC[0] = not_known(Validity::open_circuit); }},
       {0x40, [](MmuBench& b) { b.measured.cell_temperature_dC[3] = not_known(Validity::short_circuit); }},
       {0x40, [](MmuBench& b) { b.measured.board_temperature_dC[0] = not_known(Validity::open_circuit); }},
@@ -267,7 +267,7 @@ TEST_CASE("CELLS: each cell in its own place, from end to end of its range, FFFF
           "[unit][mmu][contract][MMU_1]") {
   const std::vector<std::pair<std::int32_t, Bytes>> values{
       {0, {0x00, 0x00}},         {100, {0x00, 0x01}},       {3'651'200, {0x8E, 0xA0}},
-      {5'000'000, {0xC3, 0x50}}, {6'553'400, {0xFF, 0xFE}}, {7'000'000, {0xFF, 0xFE}}};  // as much as can be said
+      {5'000'000, {0xC3, 0x50}}, {6'553'400, {0xFF, 0xFE}}, {7'000'000, {0xFF, 0xFE}}};  // largest value of the field
   for (std::size_t cell = 0; cell < 12; ++cell) {
     MmuBench bench = quiet_bench();
     const auto id = static_cast<std::uint32_t>(0x143 + 0x40 * (cell / 3));
@@ -371,7 +371,7 @@ TEST_CASE("MODULE b5: what the front end reports, kept until faults are cleared"
     found = false;
     bench.run_polled(1s);
     CHECK(byte_5() == (0x80U | bit));
-    CHECK(byte_5() == (0x80U | bit));  // not only once
+    CHECK(byte_5() == (0x80U | bit));  // more than once
     REQUIRE(bench.command(command_of(bench, {5})) == 0);
     CHECK(byte_5() == 0x80);
   }
@@ -379,7 +379,7 @@ TEST_CASE("MODULE b5: what the front end reports, kept until faults are cleared"
   bench.run(10ms);
   REQUIRE(bench.command(command_of(bench, {5})) == 0);
   bench.run(10ms);
-  CHECK(byte_5() == 0xC0);  // cleared, and there again
+  CHECK(byte_5() == 0xC0);  // cleared, and present again
   bench.mmu.restart(bench.now);
   bench.measured.supply_low = false;
   bench.run_polled(1s);
@@ -401,7 +401,7 @@ TEST_CASE("MODULE b5: nothing is reported of a front end that has no such report
   bench.run_polled(20ms);
   bench.on_transfer = [](FrontEndTransfer& transfer) { transfer.groups[5][7] ^= 1; };
   bench.run_polled(1s);
-  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0xC0);  // what was found is reported until it is cleared
+  CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0xC0);  // a detected fault is reported until it is cleared
   REQUIRE(bench.command(command_of(bench, {5})) == 0);
   CHECK(asked(bench, 0x08, 0x2C3).data[5] == 0x00);
   bench.on_transfer = nullptr;
@@ -454,7 +454,7 @@ TEST_CASE("COMMAND: each operation, its arguments and its results", "[unit][mmu]
       {{3, 0x3F, 0xFF, 0xFF, 0xFF, 0xF0}, 0},  // minutes of cell 1: 1
       {{3, 0xBF, 0xFF, 0xFF, 0xFF, 0xF0}, 0},  // 5
       {{3, 0xDF, 0xFF, 0xFF, 0xFF, 0xF0}, 2},  // 6
-      {{3, 0xFF, 0xFF, 0xFF, 0xFF, 0xF0}, 0},  // 7: as it is
+      {{3, 0xFF, 0xFF, 0xFF, 0xFF, 0xF0}, 0},  // 7: unchanged
       {{3, 0x1F, 0xFF, 0xFF, 0xFF, 0xF0}, 0},  // 0
       {{3, 0xFF, 0xFF, 0xFF, 0xFF, 0xE0}, 2},  // 6 for cell 12
       {{3, 0x3F, 0xFF, 0xFF, 0xFF, 0xF0}, 3, first_cell_fails},
@@ -465,11 +465,11 @@ TEST_CASE("COMMAND: each operation, its arguments and its results", "[unit][mmu]
       {{4}, 0},
       {{4, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}, 0},  // bytes that no table names
       {{5}, 0},
-      {{6, 9, 0x00, 0x12, 0xD6, 0x87}, 2},  // goes to all only
+      {{6, 9, 0x00, 0x12, 0xD6, 0x87}, 2},  // broadcast only
       {{7, 1}, 0},
       {{7, 85}, 0},
       {{7, 0}, 2},
-      {{7, 200}, 2},  // no thermistor reads that
+      {{7, 200}, 2},  // no thermistor reaches that
       {{8}, 1},
       {{0xFF}, 1},
   };

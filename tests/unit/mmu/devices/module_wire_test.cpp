@@ -1,4 +1,4 @@
-// What a module's faults make of its frames, one by one.
+// Effect of each fault of a module on its frames.
 #include "mmu/devices/module_wire.hpp"
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace {
 using namespace bmu::test;
 using namespace internal_bus;
 
-/// A module unit whose frames go over a faulty wire.
+/// Module unit that sends over a faulty wire.
 class WireBench {
  public:
   WireBench() { unit.settle(); }
@@ -22,7 +22,7 @@ class WireBench {
   ModuleWire wire;
   ModuleWireFaults faults;
 
-  /// POLLs for everything and returns what came in the next `duration`.
+  /// POLLs for everything and returns the frames of the next `duration`.
   std::vector<TimedFrame> ask(Duration duration = 20ms) {
     unit.poll(want_all);
     return run(duration);

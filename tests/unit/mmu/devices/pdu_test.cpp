@@ -1,4 +1,4 @@
-// The emulated power distribution unit: obeys what is valid and new, and opens by itself.
+// Emulated power distribution unit: it follows commands that are valid and new, and opens by itself.
 #include "mmu/devices/pdu.hpp"
 
 #include <optional>

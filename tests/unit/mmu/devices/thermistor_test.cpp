@@ -1,4 +1,4 @@
-// Thermistors both ways, by both curves.
+// Thermistor conversions in both directions, with both curves.
 #include "mmu/devices/thermistor.hpp"
 
 #include <array>
@@ -32,7 +32,7 @@ TEST_CASE("the table gives its 26 resistances, and straight lines between them",
 }
 
 TEST_CASE("Steinhart-Hart with the four coefficients", "[unit][mmu][RR_5]") {
-  // 1/T = a + b L + c L^2 + d L^3 worked out by hand for L = 0, 1 and -1.
+  // 1/T = a + b L + c L^2 + d L^3 calculated by hand for L = 0, 1 and -1.
   CHECK(thermistor_C(ThermistorCurve::steinhart_hart, 10'000.0) == Approx(25.018).margin(0.001));
   CHECK(thermistor_C(ThermistorCurve::steinhart_hart, 10'000.0 * std::exp(1.0)) ==
         Approx(1.0 / 3.65818785e-3 - 273.15).margin(0.001));
@@ -64,7 +64,7 @@ TEST_CASE("warmer is less resistance, over the ends of the table as well", "[uni
   }
 }
 
-/// The furthest apart the two are between two temperatures by the table.
+/// Largest difference between the two curves, between two temperatures of the table.
 double worst_difference_K(int from_C, int to_C) {
   double worst_K = 0.0;
   for (int step = 20 * from_C; step <= 20 * to_C; ++step) {

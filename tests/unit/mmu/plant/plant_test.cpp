@@ -1,4 +1,4 @@
-// The emulated pack against closed forms, and its books.
+// Emulated pack compared with closed forms, and its charge and energy balance.
 #include "mmu/plant/plant.hpp"
 
 #include <chrono>
@@ -20,7 +20,7 @@ constexpr ContactorFlags negative_only{false, true, false, false};
 constexpr ContactorFlags precharging{false, true, true, false};
 constexpr ContactorFlags closed{true, true, false, false};
 
-/// 3.0 V empty to 4.0 V full in a straight line: OCV = 3 + soc.
+/// 3.0 V empty to 4.0 V full, linearly: OCV = 3 + soc.
 CellPhysics straight_cell() {
   CellPhysics cell;
   for (std::size_t point = 0; point < CellPhysics::ocv_points; ++point) {
@@ -100,7 +100,7 @@ TEST_CASE("behind open contactors the link falls by its bleed resistor alone", "
   plant.drive(all_open);
   run(plant, 9ms);
   const double before_V = plant.link_V();
-  run(plant, 20s);  // RC of the bleed
+  run(plant, 20s);  // time constant of the bleed resistor
   CHECK(plant.link_V() == Approx(before_V * std::exp(-1.0)).epsilon(1e-3));
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("a welded contactor keeps the path closed", "[unit][plant]") {
 
 constexpr ContactorFlags positive_only{true, false, false, false};
 
-/// A pack that was closed and carried nothing, with these contactors welded, its coils then released.
+/// Pack that was closed without current, with these contactors welded, and its coils then released.
 Plant opened_with_welded(std::initializer_list<ContactorName> welded) {
   Plant plant(pack_config());
   settle_with(plant, closed);
@@ -318,7 +318,7 @@ TEST_CASE("a cell rests higher after charging than after discharging, and turns 
   CHECK(rests_above_ocv_V() == Approx(-0.020 * (1.0 - std::exp(-4.0))).epsilon(0.01));
   const double turned_V = rests_above_ocv_V();
   plant.set_load_A(-36.0);
-  run(plant, 5s);  // back by the charge it turns over with
+  run(plant, 5s);  // back by the hysteresis charge
   CHECK(rests_above_ocv_V() == Approx(0.020 + (turned_V - 0.020) * std::exp(-1.0)).epsilon(0.01));
   plant.set_load_A(-36.0);
   run(plant, 25s);

@@ -1,4 +1,4 @@
-// The script language: what it takes, and how it says what is wrong.
+// Script language: accepted scripts, and the messages for errors.
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -397,7 +397,7 @@ TEST_CASE("every turn with a wait is a section", "[unit][scenario]") {
   const ScenarioPlan plan =
       planned("repeat 2\n+1 vehicle on\nwait load current_A > 1 within 9\n+3 vehicle off\nend\n1 vehicle on");
   REQUIRE(plan.section_begins == std::vector<std::size_t>{0, 2, 5, 7});
-  // The second turn's line follows the first turn's last, which stands 3 s behind the first wait.
+  // The line of the second turn follows the last one of the first turn, which is 3 s after the first wait.
   CHECK(times_ms(plan) == Times{1000, 1000, 3000, 4000, 4000, 1000, 3000});
 }
 

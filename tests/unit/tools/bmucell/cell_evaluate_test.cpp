@@ -1,4 +1,4 @@
-// Scores of estimators on recordings whose outcome can be worked out.
+// Scores of estimators on recordings with a known outcome.
 #include <cmath>
 
 #include "tests/support/catch.hpp"
@@ -10,7 +10,7 @@ using namespace bmu::cell;
 
 namespace {
 
-/// 10 Ah, discharged with 5 A for so long, a row a second: half a percent in 36 s.
+/// Recording of 10 Ah, discharged with 5 A for `seconds`, a row a second: half a percent in 36 s.
 Series discharge(double seconds) {
   Series series{.name = "discharge.csv", .has_temperature = true, .has_soc = true};
   for (double time_s = 1.0; time_s <= seconds; time_s += 1.0) {
@@ -40,8 +40,8 @@ TEST_CASE("counting with a right sensor from the right start is right all the ti
 TEST_CASE("counting with 2 % too much and 0.1 A is off by what they add up to", "[unit][bmucell]") {
   const Score score =
       score_of({.method = SocMethod::coulomb, .sensor_gain = 1.02, .sensor_offset_A = 0.1}, discharge(3600));
-  // 0.2 A too much: 2 % in the hour, less what the first row has already; the root mean square of a ramp is its end
-  // over the root of three.
+  // 0.2 A too much: 2 % in the hour, less the share of the first row; the root mean square of a ramp is its end over
+  // the root of three.
   constexpr double end_pct = 0.2 * 3599.0 / 36'000.0 * 100.0;
   CHECK(score.max_pct == Approx(end_pct).epsilon(1e-6));
   CHECK(score.rmse_pct == Approx(2.0 / std::sqrt(3.0)).epsilon(1e-3));

@@ -1,4 +1,4 @@
-// Charges and capacity tests as they come from files, and scores and fits whose outcome can be worked out.
+// Charges and capacity tests from files, and scores and fits with a known outcome.
 #include <cmath>
 #include <string>
 
@@ -21,7 +21,7 @@ class Files {
     tests_ = folder_.file("tests.csv", tests);
     return read_ageing(charges_, tests_);
   }
-  /// Behind the folder.
+  /// Error text without the folder.
   [[nodiscard]] std::string problem_of(const std::string& charges, const std::string& tests) {
     const auto data = read(charges, tests);
     REQUIRE_FALSE(data);
@@ -39,8 +39,8 @@ class Files {
 
 constexpr double rated_As = 3'600.0;
 
-/// A charge with a plateau (ChargePlateau's own tests count it out): steps of 30 s with 1.5 A; then the taper. How long
-/// it takes over the plateau, and above it.
+/// Charge with a plateau (checked by the tests of ChargePlateau): steps of 30 s with 1.5 A; then the taper. The shares
+/// scale the time on the plateau, and above it.
 Charge plateau_charge(double number, double plateau_share, double above_share) {
   Charge charge{.number = number};
   double voltage_V = 3.6;
@@ -79,8 +79,8 @@ double capacity_by_model(const Charge& charge) {
   return capacity_pair(model, *shown, {.offset_A = 0.0}).charge_As;
 }
 
-/// A cell whose plateau loses 2 % with each of so many charges, and what is above it half a percent. Its capacities are
-/// those of the model, times a factor.
+/// Cell with a plateau that loses 2 % with each charge, and half a percent above it. Its capacities are those of the
+/// model, times a factor.
 AgeingData ageing(int charges, double factor = 1.0) {
   AgeingData data{.name = "cell"};
   for (int k = 1; k <= charges; ++k) {
@@ -171,7 +171,7 @@ TEST_CASE("plugged in later, what came before is not seen", "[unit][bmucell]") {
   for (int k = 0; k < 10; ++k) {
     charge.samples.push_back({.passed_s = 100.0, .mean_current_A = -1.0, .voltage_V = 3.5 + 0.1 * k});
   }
-  // 1000 As of 2000 flow: it begins at a half, and each sample adds 5 %.
+  // 1000 As of 2000 flow: the charge begins at a half, and each sample adds 5 %.
   const auto left = [&](const PluggedIn& when) { return plugged_in(charge, 2'000.0, when).samples.size(); };
   CHECK(left({}) == 10);
   CHECK(left({.from_soc = 0.5}) == 10);
@@ -186,7 +186,7 @@ TEST_CASE("a fit finds the weights that a cell's charges were made of", "[unit][
   const auto fit = fit_plateau(ageing(20), model, rated_As, 1e9);
   REQUIRE(fit);
   CHECK(fit->charges == 20);
-  // Held near 1 the second weight ends a little below 1.1, and the first makes up for it.
+  // Regularised towards 1, the second weight ends a little below 1.1, and the first one compensates it.
   CHECK(fit->model.above_weight == Approx(1.1).margin(0.05));
   CHECK(fit->model.plateau_weight == Approx(2.0).margin(0.2));
   CHECK(fit->rmse_As < 0.005 * rated_As);
@@ -195,7 +195,7 @@ TEST_CASE("a fit finds the weights that a cell's charges were made of", "[unit][
   const auto early = fit_plateau(ageing(20), model, rated_As, 110.0);
   REQUIRE(early);
   CHECK(early->charges == 10);
-  // Fewer of one age tell the two apart less well: nearer to 1.
+  // Fewer charges of one age separate the two weights less well: nearer to 1.
   CHECK(early->model.above_weight < fit->model.above_weight);
   CHECK(early->model.above_weight > 1.0);
 }
@@ -209,7 +209,7 @@ TEST_CASE("a fit to too few charges is refused", "[unit][bmucell]") {
 }
 
 TEST_CASE("each test is compared with what was known before it", "[unit][bmucell]") {
-  const AgeingData data = ageing(20, 1.02);  // 2 % more than the model says
+  const AgeingData data = ageing(20, 1.02);  // 2 % more than by the model
   const HealthResult result = score_health({.model = model, .rated_As = rated_As}, data);
   CHECK(result.file == "cell");
   REQUIRE(result.rows.size() == 20);
@@ -227,11 +227,11 @@ TEST_CASE("each test is compared with what was known before it", "[unit][bmucell
   CHECK(result.single.rmse_pct == Approx(std::sqrt(squares / 20.0)));
   CHECK(result.single.max_pct == Approx(data.tests[0].capacity_As * (1.0 - 1.0 / 1.02) / rated_As * 100.0));
   CHECK(result.single.inside_uncertainty_pct == 100.0);
-  // All together begin with the rated capacity and follow.
+  // Together they start with the rated capacity and follow.
   CHECK(result.told.tests == 20);
   REQUIRE(result.rows[19].told_As);
   CHECK(*result.rows[19].told_As == Approx(*result.rows[19].single_As).epsilon(0.03));
-  CHECK(*result.rows[19].told_As > *result.rows[19].single_As);  // behind
+  CHECK(*result.rows[19].told_As > *result.rows[19].single_As);  // lagging
 }
 
 TEST_CASE("before the first charge that shows it nothing is scored, and then every test is", "[unit][bmucell]") {

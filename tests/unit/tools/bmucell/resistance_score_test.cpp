@@ -1,4 +1,4 @@
-// Estimators of resistance scored on recordings whose outcome can be worked out.
+// Scores of resistance estimators on recordings with a known outcome.
 #include "tools/bmucell/resistance_score.hpp"
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double resistance_Ohm = 0.006;
 
-/// Pulses of 10 A and ten seconds, a row a second, with a rest before each, down from 90 %; a cell that is nothing but
-/// a resistor. And the table that a bench would write of them.
+/// Recording of pulses of 10 A and ten seconds, a row a second, with a rest before each, down from 90 %; the cell is a
+/// pure resistor. And the pulse table that a test bench would write.
 struct Bench {
   explicit Bench(int pulses, double soc_step = 0.1) {
     double soc = 0.9;
@@ -49,7 +49,7 @@ TEST_CASE("both methods find what a resistor is", "[unit][bmucell][BMS_F.6]") {
   REQUIRE(evaluation.pulses.size() == 8);
   CHECK(evaluation.pulses[0].time_s == 60.0);
   CHECK(evaluation.pulses[1].time_s == 130.0);
-  // A pulse has two steps, and three are wanted.
+  // A pulse has two steps, and three are required.
   for (std::size_t method = 0; method < resistance_methods; ++method) {
     CHECK_FALSE(evaluation.pulses[0].told[method]);
     REQUIRE(evaluation.pulses[1].told[method]);
@@ -113,7 +113,7 @@ TEST_CASE("both are compared at the temperature of the table", "[unit][bmucell]"
   for (PulseRow& row : bench.table.rows) row.temperature_C = 0.0;
   const ResistanceEvaluation evaluation = bench.evaluate();
   CHECK(evaluation.pulses[5].told[0]->resistance_Ohm == Approx(resistance_Ohm * factor).epsilon(0.01));
-  CHECK(evaluation.pulses[5].told[1]->resistance_Ohm == Approx(resistance_Ohm).epsilon(0.01));  // knows no other
+  CHECK(evaluation.pulses[5].told[1]->resistance_Ohm == Approx(resistance_Ohm).epsilon(0.01));  // not compensated
 }
 
 TEST_CASE("rows in which the current changed are no picture for the method of steps", "[unit][bmucell]") {

@@ -1,4 +1,4 @@
-// Load and troubles of the buses, from one picture to the next.
+// Load and errors of the buses, from one update to the next.
 #include "tools/bmuctl/bus_trend.hpp"
 
 #include <cstdint>

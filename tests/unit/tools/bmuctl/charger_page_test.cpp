@@ -1,4 +1,4 @@
-// The page of the chargers, of what the daemon answers.
+// Page of the chargers, from the reply of the daemon.
 #include <string>
 
 #include "tests/support/catch.hpp"

@@ -1,4 +1,4 @@
-// How bmuctl takes times and cells from a command line, and what it makes of rows.
+// Times and cells on the bmuctl command line, and the text of rows.
 #include "tools/bmuctl/history_text.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using test::life_of;
 
 namespace {
 
-/// Two hours east of Greenwich, whatever this machine's zone is.
+/// Sets the time zone two hours east of Greenwich, whatever the zone of this host.
 struct EastOfGreenwich {
   EastOfGreenwich() {
     const char* zone = std::getenv("TZ");  // NOLINT(concurrency-mt-unsafe): one thread
@@ -171,7 +171,7 @@ TEST_CASE("CSV has a field for each name, and none where nothing was known", "[u
   CHECK(line.find(",3302500,3300500,3304500,600,5,987,,2,") != std::string::npos);  // cell 1.3
   CHECK(head.ends_with("\n"));
 
-  // A pack that had one module less then: the places are empty.
+  // A pack with one module less at that time: the positions are empty.
   const HistoryLife smaller = life_of(1);
   const std::string short_line = csv_line(placed(5, smaller), smaller.layout, cells, sensors);
   CHECK(fields_in(short_line) == fields_in(head));

@@ -1,4 +1,4 @@
-// The page of the inverter, of what the daemon answers.
+// Page of the inverter, from the reply of the daemon.
 #include <string>
 
 #include "tests/support/catch.hpp"
@@ -60,7 +60,7 @@ TEST_CASE("silence, failures and requests are told in words", "[unit][bmuctl][in
   Json status = answer();
   Json& inverter = status["inverter"];
   inverter["is_talking"] = false;
-  CHECK(has(page_of(status), "not heard for"));  // of an open pack, or before its time is over
+  CHECK(has(page_of(status), "not heard for"));  // for an open pack, or before its time is over
   inverter["is_silent"] = true;
   CHECK(has(page_of(status), "silent for"));
   inverter["heard_ago_ms"] = nullptr;

@@ -1,4 +1,4 @@
-// What a terminal sends for keys, whole and in pieces.
+// Key sequences of a terminal, complete and in pieces.
 #include "tools/bmuctl/keys.hpp"
 
 #include "tests/support/catch.hpp"
@@ -57,7 +57,7 @@ TEST_CASE("a sequence that arrives in pieces is one key, an escape alone is the 
   CHECK(text_of(reader.pause()) == "<escape>");
   CHECK(text_of(reader.take("\033\033[A")) == "<escape><up>");
   CHECK(reader.take("\033[1").empty());
-  CHECK(reader.pause().empty());  // torn, and given up
+  CHECK(reader.pause().empty());  // truncated, and discarded
   CHECK(text_of(reader.take("q")) == "q");
 }
 

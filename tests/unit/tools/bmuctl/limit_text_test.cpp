@@ -1,4 +1,4 @@
-// A limit in the status and in bmuctl's words: every kind of reason with what belongs to it.
+// Limit in the status and in bmuctl's text: every cause with its details.
 #include "tools/bmuctl/limit_text.hpp"
 
 #include "daemon/shell/status/why_limits.hpp"

@@ -1,4 +1,4 @@
-// bmuctl's picture in windows of every size: nothing is cut without a mark.
+// Live view of bmuctl in windows of every size: nothing is cut without a mark.
 #include "tools/bmuctl/picture.hpp"
 
 #include <string>
@@ -33,7 +33,7 @@ Json module_lost() {
           {"confirmed_ago_ms", 1500}};
 }
 
-/// As the daemon sends it to a watcher, shortened to what fills a window.
+/// Watch update of the daemon, shortened to the content that fills a window.
 Json watch_reply(int module_count) {
   Json modules = Json::array();
   for (int node = 1; node <= module_count; ++node) modules.push_back(module_of(node, true));
@@ -85,7 +85,7 @@ TEST_CASE("a window without room for all modules says which are there, and scrol
   const std::vector<std::string> second = rows_of(json, 60, 16, {.first = 1});
   CHECK(second.back().find("modules 3 to 6 of 20") != std::string::npos);
   CHECK(second[9].find("M3 ") == 0);
-  // Beyond the end the last row is the last.
+  // Scrolling beyond the end stops at the last row.
   const std::vector<std::string> last = rows_of(json, 60, 16, {.first = 99});
   CHECK(last.back().find("modules 17 to 20 of 20") != std::string::npos);
   CHECK(last[10].find("M19") == 0);

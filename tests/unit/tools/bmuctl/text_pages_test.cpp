@@ -1,4 +1,4 @@
-// bmuctl's pages of text: what the daemon answered, in words.
+// Text pages of bmuctl, from the replies of the daemon.
 #include "tools/bmuctl/text_pages.hpp"
 
 #include <string>
@@ -147,7 +147,7 @@ TEST_CASE("balance shows the cells that have a part in it", "[unit][bmuctl][bala
   CHECK(text.find("0.0100 Ah") != std::string::npos);
   CHECK(text.find("5 min") != std::string::npos);
   CHECK(text.find(" 26 ") != std::string::npos);
-  CHECK(text.find(" 25 ") == std::string::npos);  // nothing of the other
+  CHECK(text.find(" 25 ") == std::string::npos);  // no value of the other
   CHECK(text.find("Against it") == std::string::npos);
 }
 
@@ -192,7 +192,7 @@ TEST_CASE("status shows what an interface is set to beside its bus, and what it 
 
 namespace {
 
-/// Of a module with two cells, of the second of which nothing is known.
+/// Reply for a module with two cells; all values of the second one are unknown.
 Json health_reply() {
   const Json first{{"module", 1}, {"number", 1}, {"pack_number", 1}, {"text", "cell 1.1 (no. 1)"}};
   const Json module{{"node", 1},

@@ -1,4 +1,4 @@
-// Where the clock of a log was set: what is found, and what the counts leave out.
+// Settings of the clock in a log: their detection, and their exclusion from the counts.
 #include <cstdint>
 #include <vector>
 
@@ -17,7 +17,7 @@ constexpr std::int64_t ms = 1'000;
 constexpr std::int64_t in_2023_us = 1'700'000'000 * s;
 constexpr std::int64_t hour_us = 3'600 * s;
 
-/// Frames of bus 0, each `period_us` behind the one before; how often the clock was set among them.
+/// Takes frames of bus 0, `period_us` apart; returns how often the clock was set among them.
 std::uint64_t run(ClockJumps& clock, std::int64_t from_us, int count, std::int64_t period_us = 20 * ms) {
   const std::uint64_t before = clock.count();
   for (int i = 0; i < count; ++i) static_cast<void>(clock.take(0, from_us + i * period_us));
@@ -68,7 +68,7 @@ TEST_CASE("a clock that is set forward is found where no bus had a frame for far
   CHECK_FALSE(jump.is_certain);
   CHECK(run(clock, in_2023_us + hour_us, 100) == 0);
 
-  // What a bus may as well have been silent for.
+  // Intervals in which the bus may also have been silent.
   ClockJumps silent;
   run(silent, in_2023_us, 100);
   CHECK_FALSE(silent.take(0, in_2023_us + 11'900 * ms).is_found());
@@ -99,7 +99,7 @@ TEST_CASE("what the clock was set by is in no rate, gap, load and silence", "[un
       const LogLine line{.kind = LogLineKind::frame, .time_us = from_us + i * 20 * ms, .bus = "can0", .frame = frame};
       static_cast<void>(clock.take(0, line.time_us));
       set.count(line, {}, clock.left_out_us());
-      // Between two settings no time passes that anyone knows of.
+      // No known time elapses at a setting of the clock.
       const LogLine same{.kind = LogLineKind::frame, .time_us = steady_us, .bus = "can0", .frame = frame};
       steady.count(same, {});
       steady_us += i == 99 ? 0 : 20 * ms;

@@ -1,4 +1,4 @@
-// Filters of bmudump: what candump's let through, ours let through.
+// Filters of bmudump pass the same frames as those of candump.
 #include <string>
 #include <vector>
 
@@ -27,7 +27,7 @@ const CanFrame remote_123{.id = 0x123, .is_remote = true, .length = 8};
 const CanFrame bus_off{.id = 0x40, .is_error = true, .length = 8};
 const CanFrame no_answer{.id = 0x20, .is_error = true, .length = 8};
 
-/// Which of the frames above pass, in their order, as ones and zeros.
+/// Frames above that pass, in their order, as ones and zeros.
 std::string passing(const std::vector<std::string>& words) {
   const dump::Filter filter = filter_of(words);
   std::string text;

@@ -1,4 +1,4 @@
-// The table of --follow in windows of all widths: values first, and nothing that runs into its neighbour.
+// Table of --follow in windows of all widths: values first, and no column runs into its neighbour.
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -17,7 +17,7 @@ using namespace bmu;
 using namespace bmu::dump;
 using namespace bmu::test;
 
-/// What frames make of the table in a window.
+/// Table in a window, with the frames shown so far.
 class Table {
  public:
   explicit Table(const std::vector<std::string>& buses) {
@@ -43,7 +43,7 @@ class Table {
     return "";
   }
   [[nodiscard]] std::size_t value_max() const { return dump_->follow()->value_max(); }
-  /// A frame of an unknown identifier at this time.
+  /// Shows a frame with an unknown identifier at this time.
   void show_unknown(std::uint32_t id, std::int64_t time_us) {
     now_us_ = std::max(now_us_, time_us);
     CHECK(dump_->show({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = data_frame(id, 0)}));
@@ -79,7 +79,7 @@ TEST_CASE("the values have half of any window, nearly, and the columns never mor
           const FollowColumns fit = fit_columns({.bus = bus, .id = id, .name = name}, width);
           CAPTURE(bus, id, name, width);
           CHECK(sum_of(fit) + fit.values_space + fit.values == width);
-          // Only identifiers that are needed to tell rows apart may take more, in the narrowest.
+          // Only identifiers that are required to distinguish rows may take more, in the narrowest.
           const bool has_numbers = fit.rate > 0;
           CHECK(fit.values >= (has_numbers ? std::max(width / 2, 46) : width / 5));
           CHECK((fit.bus > 0) == (bus > 0));
@@ -123,13 +123,13 @@ TEST_CASE("numbers of any size stay apart from their neighbours", "[unit][bmudum
   constexpr std::int64_t year_us = 31'557'600'000'000;
   Table table({});
   table.show_unknown(0x7A1, 0);
-  table.show_unknown(0x7A1, 1'700'000'000'000'000);  // a clock that was set
+  table.show_unknown(0x7A1, 1'700'000'000'000'000);  // the clock was set
   table.show_unknown(0x7A2, 1'700'000'000'000'000);
   CHECK(table.row("7A1", 120) == "7A1 unknown          2   0.0/s 19676 d  0.00 s  [0]");
   for (int count = 0; count < 1'000'000; ++count) table.show_unknown(0x7A3, 31'000 * year_us + count / 1'000);
   CHECK(table.row("7A1", 120) == "7A1 unknown          2   0.0/s 19676 d 30946 y  [0]");
   CHECK(table.row("7A3", 120) == "7A3 unknown    1000000 1001M/s  0.00 s  0.00 s  [0]");
-  // In the narrowest window with numbers their column begins right behind the name.
+  // In the narrowest window with numbers their column begins right after the name.
   CHECK(table.row("7A3", 68).starts_with("7A3 unknown  1001M/s  "));
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("values that are cut can be moved to", "[unit][bmudump][follow]") {
   CHECK(table.row("143", 60, {.value = 2}) == "143 CELLS_1 node 3    _3 3.6530");
   CHECK(table.draw(60, 40, {.value = 1})[1].ends_with("  <- values"));
   CHECK(table.row("143", 80, {.value = 1'000}) == "143 CELLS_1 node 3       7.1/s");
-  // From there on none is cut.
+  // From there on no row is cut.
   const std::size_t end = table.value_max();
   CHECK(end > 2);
   for (const std::string& row : table.draw(60, 40, {.value = end})) CHECK(row.find('~') == std::string::npos);

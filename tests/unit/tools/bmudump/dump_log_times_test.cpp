@@ -1,4 +1,4 @@
-// Times of a log as candump's options wrote them, on one clock.
+// Times of a log in all forms of candump's options, on one clock.
 
 #include <cstdint>
 #include <string_view>
@@ -36,7 +36,7 @@ TEST_CASE("differences that a pipe brings one by one are found late, and the tim
   CHECK(taken(times, 500) == 500);
   CHECK(taken(times, 700) == 700);
   CHECK_FALSE(times.are_added_up());
-  CHECK(taken(times, 600) == 1'800);  // all before it count
+  CHECK(taken(times, 600) == 1'800);  // all previous ones count
   CHECK(times.are_added_up());
   CHECK(taken(times, 0) == 1'800);
   CHECK(taken(times, 100) == 1'900);
@@ -47,7 +47,7 @@ TEST_CASE("times in a long order are no differences where the clock is set back"
   for (int i = 0; i < 200; ++i) CHECK(taken(times, 20'000 * (i + 1)) == 20'000 * (i + 1));
   CHECK(taken(times, 1'000'000) == 1'000'000);
   CHECK_FALSE(times.are_added_up());
-  // Another log may begin there, which has differences.
+  // Another log, with time differences, may begin there.
   CHECK(taken(times, 0) == 0);
   CHECK(taken(times, 500) == 500);
   static_cast<void>(taken(times, 400));

@@ -1,4 +1,4 @@
-// What bmudump counts: rates, gaps, failures and bits of each identifier; and error frames in words.
+// Statistics of bmudump: rates, gaps, failures and bits of each identifier; and error frames as text.
 #include <string>
 
 #include "protocol/can_bits.hpp"

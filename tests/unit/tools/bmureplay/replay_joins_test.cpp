@@ -1,4 +1,4 @@
-// Whether parts are one recording.
+// Check whether parts are one recording.
 #include <chrono>
 #include <string>
 #include <vector>
@@ -74,7 +74,7 @@ TEST_CASE("a clock that was set between parts or within one is reported once, an
   within.clock_settings = {{.line = 123, .by_us = 50 * s_us}};
   CHECK(told({within, set(part("a", 7, 2, 130), 50)}) ==
         std::vector<std::string>{"a:123: the clock was set forward by 50.0 s"});
-  // Of two lives, of which one has no clock, no time is known.
+  // Between two sessions, of which one has no clock, no time is known.
   CHECK(
       told({set(part("a", 7, 1, 100), 1'700'000'000), part("b", 8, 1, 12)}) ==
       std::vector<std::string>{"b:100: another life of the daemon, and the clock of one of them was not set: how much "

@@ -1,4 +1,4 @@
-// A recording cut into its parts, in bounded memory.
+// Recording cut into its parts, in bounded memory.
 #include <cstdlib>
 #include <fstream>
 #include <optional>

@@ -1,4 +1,4 @@
-// What of a recording is run, and what is said of the rest.
+// Replayed parts of a recording, and the reports about the others.
 #include <string>
 #include <vector>
 
@@ -35,7 +35,7 @@ std::uint64_t line_number(const std::string& text, std::size_t at) {
   return static_cast<std::uint64_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')) + 1;
 }
 
-/// The first tick of this second becomes a line that says nothing.
+/// Turns the first tick of this second into a line without meaning.
 std::string damaged_at(std::string text, const std::string& second) {
   text.replace(text.find(") tick ", text.find("\n# (" + second)) + 2, 1, "x");
   return text;
@@ -50,7 +50,7 @@ double not_run_s(const Damage& damage) {
 TEST_CASE("a setting of the recording's clock is reported once with its size, and is no time that passed",
           "[unit][recording][clock][threads]") {
   constexpr std::int64_t s_us = 1'000'000;
-  // A computer without a battery clock, which is set within the second part.
+  // A host without a battery-backed clock, which is set within the second part.
   const std::string text = test::recorded_run("0 pack soc_permille 800\n1 vehicle on\n+3 load current_A 20\n",
                                               {.length = 10s,
                                                .part_length = 2'500ms,
@@ -67,7 +67,7 @@ TEST_CASE("a setting of the recording's clock is reported once with its size, an
   CHECK(outcome.joins[0].line == line_number(text, text.find("# ahead_us ", second_part + 1)));
   CHECK(outcome_text(outcome, "").find("note: ") != std::string::npos);
 
-  // Damage that begins before and ends behind it is as long as it was.
+  // Damage that begins before the setting and ends after it keeps its length.
   std::string torn = text;
   torn.replace(torn.find(") tick ", torn.find("\n# (15.")) + 2, 1, "x");
   const Outcome damaged = outcome_of_text(torn);
@@ -93,7 +93,7 @@ TEST_CASE("what was recorded before the first whole head is damage, and the firs
     CHECK(outcome.damages[0].not_run_us == 0);
     CHECK(exit_code_of(outcome) == exit_damaged);
   }
-  // A file of which nothing could be run is no recording, whatever else there is.
+  // A file without any part that can be replayed is not a recording, whatever else there is.
   const TemporaryFolder folder;
   const std::string headless =
       folder.file("none.log", whole.substr(whole.find("\n(17") + 1, second - whole.find("\n(17") - 1));
@@ -124,7 +124,7 @@ TEST_CASE("of a place that cannot be run it is said where it goes on and how muc
   CHECK(at_the_end.damages[0].goes_on_line == 0);
   CHECK(not_run_s(at_the_end.damages[0]) == Approx(1.0).margin(0.06));
 
-  // What lies between is told once, although the next part cannot be run either.
+  // The range in between is reported once, although the next part cannot be replayed either.
   for (const auto& [second, left_out_s] : {std::pair{"1700000004", 3.5}, std::pair{"1700000006", 4.0}}) {
     std::string two = damaged_at(whole, second);
     two.replace(two.find("# core-end ", two.find(") xick")), 11, "# core-end f");

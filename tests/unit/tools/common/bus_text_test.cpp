@@ -1,4 +1,4 @@
-// What is told about a bus that cannot be opened.
+// Error text for a bus that cannot be opened.
 #include "tools/common/bus_text.hpp"
 
 #include "tests/support/catch.hpp"

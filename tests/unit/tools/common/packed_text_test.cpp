@@ -1,5 +1,5 @@
-// Packed logs: frames one after another are one text, and what is torn, cut or not packed so at all is named with its
-// place while the rest is read.
+// Compressed logs: consecutive frames are one text; data that is truncated, cut or not compressed in this way is
+// reported with its position, and the remainder is read.
 #include "tools/common/packed_text.hpp"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ std::string packed(std::string_view text, const Packing& how = {}) {
   if (how.window_log > 0) ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, how.window_log);
   if (how.window_log > 0) ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
   std::string out(ZSTD_compressBound(text.size()), '\0');
-  // As a writer does that does not know the end: the window is then not cut to the size of the text.
+  // As a writer that does not know the end: the window is then not reduced to the size of the text.
   ZSTD_inBuffer from{text.data(), text.size(), 0};
   ZSTD_outBuffer to{out.data(), out.size(), 0};
   ZSTD_compressStream2(context, &to, &from, ZSTD_e_continue);
@@ -45,7 +45,7 @@ std::string packed(std::string_view text, const Packing& how = {}) {
   return out;
 }
 
-/// As gzip packs it.
+/// Text as compressed by gzip.
 std::string gzipped(std::string_view text, int level = 6) {
   z_stream stream{};
   constexpr int gzip_window = 15 + 16;
@@ -62,7 +62,7 @@ std::string gzipped(std::string_view text, int level = 6) {
   return out;
 }
 
-/// Lines that do not pack to nothing: packed, they are several blocks.
+/// Lines that compress badly: compressed, they are several blocks.
 std::string lines(int count, unsigned seed = 1) {
   std::string text;
   std::uint32_t random = seed;
@@ -216,7 +216,7 @@ TEST_CASE("behind a torn frame or garbage the next frame is found", "[unit][pack
 
 TEST_CASE("a file whose begin is neither text nor a frame is read from its first whole frame on",
           "[unit][packed_text]") {
-  const std::string first = packed(lines(12'000));  // longer than what is kept
+  const std::string first = packed(lines(12'000));  // longer than the part that is kept
   REQUIRE(first.size() > 300'000);
   const std::string rest = packed("second\n") + packed("third\n");
   const auto look = [](const std::string& file, std::size_t damaged, const std::string& text) {
@@ -237,7 +237,7 @@ TEST_CASE("a file whose begin is neither text nor a frame is read from its first
     look(ahead + rest, ahead.size(), "second\nthird\n");
     look(ahead + first, ahead.size(), lines(12'000));
   }
-  // What only looks like one is stepped over.
+  // Data that only looks like a frame is skipped.
   const std::string false_frame = "\xFF\x28\xB5\x2F\xFD\xFF\xFF\xFF\xFF";
   look(false_frame + rest, false_frame.size(), "second\nthird\n");
   const Unpacked stream = unpacked("\xFF" + gzipped("text\n"));
@@ -292,7 +292,7 @@ TEST_CASE("a pipe gives its text as it comes, and may begin with damage", "[unit
   writer.join();
   REQUIRE(read.status == PackedText::Status::damaged);
   CHECK(text.damage().end == 26);
-  std::string of_frame;  // in as many pieces as the library likes
+  std::string of_frame;  // in any number of pieces
   for (read = text.read(buffer); read.status == PackedText::Status::text; read = text.read(buffer)) {
     of_frame.append(buffer.data(), read.size);
   }
@@ -329,8 +329,8 @@ TEST_CASE("a block is given out though the header behind it is damaged", "[unit]
   using namespace std::string_literals;
   const std::string head = "\x28\xB5\x2F\xFD\x00\x58"s;  // a window, no checksum
   const std::string fives = "\x2A\x00\x00x"s;            // a block: one letter, five times
-  const std::string plain = "\x28\x00\x00"s + "plain";   // a block that is not packed
-  const std::string reserved = "\x2E\x00\x00y"s;         // of a kind that there is not
+  const std::string plain = "\x28\x00\x00"s + "plain";   // a block that is not compressed
+  const std::string reserved = "\x2E\x00\x00y"s;         // of an undefined kind
   for (const std::size_t room : {std::size_t{1}, std::size_t{5}, std::size_t{65'536}}) {
     const Unpacked all = unpacked(head + fives + plain + fives + reserved, room);
     INFO("room for " << room);
@@ -341,7 +341,7 @@ TEST_CASE("a block is given out though the header behind it is damaged", "[unit]
 
 TEST_CASE("what comes before a frame is text or damage as a whole, whatever the room to write to",
           "[unit][packed_text]") {
-  // Text up to what may begin a frame, but is cut; the last part of it alone would not pass for text.
+  // Text up to a possible start of a frame, which is cut; its last part alone would not be accepted as text.
   const std::string text = "a log that begins well, then does not" + std::string(12, '\xFF');
   const std::string file = text + packed(lines(40)).substr(0, 100) + packed("next\n");
   const Unpacked whole = unpacked(file, 65'536);
@@ -469,7 +469,7 @@ TEST_CASE("packings that are not read are named with the way out", "[unit][packe
       CHECK(all.damage[0].what == one.what);
     }
   }
-  // Text that begins nearly so is text.
+  // Text with a similar start is text.
   for (const char* const text : {"BZ", "BZh", "BZhx\n", "\x1F\x8B", "\x1F\x8B\x08\xFFxxxxxx"}) {
     CHECK(unpacked(text).text == text);
     CHECK(unpacked(text).damage.empty());
@@ -479,7 +479,7 @@ TEST_CASE("packings that are not read are named with the way out", "[unit][packe
 TEST_CASE("a line torn by damage is left out and counted, the next is whole", "[unit][packed_text]") {
   const TemporaryFolder folder;
   const std::string whole = packed("first\nsecond, which is cut", {.has_checksum = false});
-  // Without its last block header: the frame has no end, and its text is out.
+  // Without its last block header the frame has no end, but its text has been returned.
   const std::string file = folder.file("packed", packed("zero\n") + whole + "garbage" + packed("third\n"));
   const OwnedFd fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
   LineReader reader(fd.get());

@@ -1,4 +1,4 @@
-// What a history has of a span of time if its clock was set while the daemon ran, or never.
+// Content of a history for a time span if its clock was set while the daemon ran, or never.
 #include "tools/report/clocked_span.hpp"
 
 #include <string>
@@ -16,8 +16,8 @@ using test::minute_ms;
 
 namespace {
 
-/// Adds ten minutes and their events from 2026-03-01 12:00 UTC and `later` minutes on, by a clock that shows that from
-/// minute `set_from` on, and before it `ahead_ms` and the time since the daemon's start.
+/// Adds ten minutes and their events from 2026-03-01 12:00 UTC and `later` minutes on, with a clock that is correct
+/// from minute `set_from` on, and before it shows `ahead_ms` plus the time since the daemon's start.
 void add_life(const std::string& path, const std::string& token, std::int64_t later, std::int64_t set_from,
               std::int64_t ahead_ms = 0) {
   const HistoryLife life = life_of(1, token);
@@ -39,7 +39,7 @@ HistoryNumber at_minute(std::int64_t minute) {
 }
 
 struct Read {
-  std::vector<std::int64_t> rows;  // minutes behind 12:00 UTC
+  std::vector<std::int64_t> rows;  // minutes after 12:00 UTC
   std::vector<std::int64_t> events;
   std::size_t of_no_time = 0;
 };
@@ -68,7 +68,7 @@ using Minutes = std::vector<std::int64_t>;
 TEST_CASE("minutes and events from before the clock was set are where they were", "[unit][history][clock]") {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
-  // In 1970, hours behind or ahead, right all the time.
+  // In 1970, hours behind or ahead, always correct.
   const std::int64_t ahead_ms =
       GENERATE(12'000, history_begin_ms - 7'200'000, history_begin_ms + 7'200'000, history_begin_ms);
   add_life(path, "one", 0, 6, ahead_ms);
@@ -79,7 +79,7 @@ TEST_CASE("minutes and events from before the clock was set are where they were"
   const Read some = read(path, {.from_unix_ms = at_minute(3), .to_unix_ms = at_minute(7)});
   CHECK(some.rows == Minutes{3, 4, 5, 6});
   CHECK(some.events == Minutes{3, 4, 5, 6});
-  // The setting is behind the span.
+  // The setting is after the span.
   CHECK(read(path, {.from_unix_ms = at_minute(1), .to_unix_ms = at_minute(3)}).rows == Minutes{1, 2});
   CHECK(read(path, {.to_unix_ms = at_minute(2)}).rows == Minutes{0, 1});
   CHECK(read(path, {.from_unix_ms = at_minute(20)}).rows.empty());
@@ -102,7 +102,7 @@ TEST_CASE("minutes of lives in which the clock was never set are counted where t
   const std::string path = folder / "history.sqlite";
   add_life(path, "one", 0, 1);
   add_life(path, "two", 0, 11, 5'000);
-  // Nothing is later than what has no time.
+  // No row is later than those without a time.
   CHECK(read(path, {.from_unix_ms = at_minute(5)}).of_no_time == 10);
   CHECK(read(path, {.from_unix_ms = at_minute(500)}).of_no_time == 10);
   CHECK(read(path, {.from_unix_ms = at_minute(0), .to_unix_ms = at_minute(5)}).of_no_time == 0);

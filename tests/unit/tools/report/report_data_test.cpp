@@ -1,4 +1,4 @@
-// What a report is made from: samples that become longer, columns, quantiles, times.
+// Data of a report: samples that become longer, columns, quantiles, times.
 #include <cmath>
 
 #include "tests/support/catch.hpp"
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t s = 1'000'000;
 
-/// A value a second, from a time on, in the order given; with gaps by their index.
+/// One value per second, from a time on, in the given order; gaps by their index.
 ReportData with_current(const std::vector<float>& values, std::int64_t from_s = 100) {
   ReportData data;
   data.sample_us = s;
@@ -141,7 +141,7 @@ TEST_CASE("ticks of time are round, and say the day where it changes", "[unit][r
   CHECK(texts(noon_s - 3'600, noon_s + 3'600) == "11:00 11:20 11:40 12:00 12:20 12:40 13:00 ");
   CHECK(texts(noon_s, noon_s + 86'400) == "12:00 15:00 18:00 21:00 2 Mar 03:00 06:00 09:00 12:00 ");
   CHECK(texts(noon_s, noon_s + 8 * 86'400) == "2 Mar 3 Mar 4 Mar 5 Mar 6 Mar 7 Mar 8 Mar 9 Mar ");
-  // However long or short, there are a few.
+  // For a span of any length there are a few.
   for (std::int64_t span_s = 1; span_s < 400'000'000; span_s = span_s * 5 / 2 + 1) {
     const std::size_t count = time_ticks(noon_s * s, (noon_s + span_s) * s, 8).size();
     INFO(span_s << " s: " << count);

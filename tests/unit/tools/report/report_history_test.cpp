@@ -1,4 +1,4 @@
-// A page of the history: what the minutes say, and nothing else.
+// Report of a history: the content of its minutes, and nothing else.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t us_per_ms = 1000;
 
-/// The history of a life has these minutes.
+/// Writes these minutes of a session into the history.
 void fill(const std::string& path, const HistoryLife& life, std::int64_t first, std::int64_t last) {
   HistoryFile file({.path = path}, life);
   test::write_minutes(file, life, first, last);
@@ -89,7 +89,7 @@ TEST_CASE("warnings of a minute and phases are spans of the report", "[unit][rep
     } else if (span.kind == SpanKind::warning) {
       ++warnings;
       const bool is_cell = span.name == "cell_undervoltage";
-      // history_event(): the disk is told of where the minute ends.
+      // history_event(): the warning of the disk is reported at the end of the minute.
       CHECK(span.to_us - span.from_us == (is_cell ? minute_ms * us_per_ms : 0));
       CHECK_FALSE(span.goes_on);
       if (is_cell) CHECK(span.text == "a cell's voltage is too low");
@@ -136,11 +136,11 @@ TEST_CASE("minutes that are missing are a gap, in which nothing goes on", "[unit
   CHECK(data.holes[0].text == "the clock was set forward");  // by its number the row is the next
 }
 
-// --- what happened within the minutes -------------------------------------------------------------------------------
+// --- events within the minutes --------------------------------------------------------------------------------------
 
 namespace {
 
-/// A daemon that began 12.5 s before a full minute: rows of 12.5 s, 60 s, 60 s and 20 s.
+/// Daemon that started 12.5 s before a full minute: rows of 12.5 s, 60 s, 60 s and 20 s.
 struct ShortLife {
   HistoryLife life = life_of(1);
   std::vector<HistoryRow> rows;
@@ -180,7 +180,7 @@ struct ShortLife {
   }
 };
 
-/// "open 0-12000 closed 12000-60000" in ms since the begin, "~" where nobody knows when, with how long.
+/// "open 0-12000 closed 12000-60000" in ms since the start; "~" with the duration if the time is unknown.
 std::string told(const ReportData& data, SpanKind kind) {
   std::string text;
   for (const SpanReport& span : spans_of(data, kind)) {
@@ -291,7 +291,7 @@ TEST_CASE("a fault of a minute is there from its event to its event, and then no
   pack.add_event(9'000, "fault_cleared", "fault cleared: disk", "disk_low");
   pack.add_event(150'000, "fault_cleared", "fault cleared: a cell", "cell_undervoltage");
   const ReportData data = pack.report();
-  // A fault is one in the log and in the row, whether it opens or, as the disk's, only warns: here, too.
+  // A fault is the same in the log and in the row, whether it opens or, like that of the disk, only warns: here, too.
   CHECK(told(data, SpanKind::fault) == "cell_undervoltage 7000-150000, disk_low 8000-9000");
   CHECK(told(data, SpanKind::warning) == "cell_undervoltage 5000-7000");
   for (const SpanReport& span : data.spans) CHECK(span.has_begun_before == (span.kind == SpanKind::phase));
@@ -346,8 +346,8 @@ TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][hi
 
 namespace {
 
-/// Ten minutes of a life and their events, by a clock that is ahead of the daemon's time by this until the sixth, and
-/// then as that of other tests.
+/// Ten minutes of a session and their events, with a clock that is ahead of the daemon's time by this until the sixth,
+/// and then as in other tests.
 ReportData report_of_clock(std::int64_t ahead_before_ms, const HistoryOptions& options = {}) {
   const TemporaryFolder folder;
   const std::string path = folder / "history.sqlite";
@@ -385,12 +385,12 @@ TEST_CASE("the setting of a history's clock is no hole, and is noted once with i
     }
     CHECK(spans_of(data, SpanKind::phase).size() == 1);
   };
-  // A computer without a battery clock, 12 s after its start; an hour ahead, and behind.
+  // A host without a battery-backed clock, 12 s after its start; an hour ahead, and behind.
   check(report_of_clock(12'000), "The clock was set forward by ");
   CHECK(report_of_clock(12'000).notes[0].find(", for the first time since the computer started; ") !=
         std::string::npos);
   check(report_of_clock(history_begin_ms + 3'600'000), "The clock was set back by 1 h before ");
   check(report_of_clock(history_begin_ms - 3'600'000), "The clock was set forward by 1 h before ");
-  // Half a second is a clock that is being put right.
+  // Half a second is a normal clock correction.
   CHECK(report_of_clock(history_begin_ms - 500).notes.empty());
 }

@@ -1,4 +1,4 @@
-// The page of a report: well-formed, by itself, true to the data, and not to be tricked by texts.
+// Page of a report: well-formed, self-contained, true to the data, and robust against any texts.
 #include <cmath>
 #include <sstream>
 
@@ -54,15 +54,15 @@ std::size_t count_of(const std::string& page, std::string_view what) {
   return count;
 }
 
-/// What is between the first `begin` and the next `end`; "" if it is not there.
+/// Text between the first `begin` and the next `end`; "" if it is not there.
 std::string between(const std::string& page, const std::string& begin, const std::string& end, std::size_t from = 0) {
   const std::size_t at = page.find(begin, from);
   if (at == std::string::npos) return "";
   return page.substr(at + begin.size(), page.find(end, at + begin.size()) - at - begin.size());
 }
 
-/// Every element that is begun is ended, in order, every attribute is quoted, and nothing is left bare: "" or where
-/// not.
+/// Checks that every element is closed in order, every attribute is quoted, and no tag contains "<"; returns "" or the
+/// place of the flaw.
 std::string flaw_of(const std::string& page) {
   std::vector<std::string> open;
   for (std::size_t at = page.find('<', 15); at != std::string::npos; at = page.find('<', at)) {
@@ -87,7 +87,7 @@ std::string flaw_of(const std::string& page) {
     }
     if (page[i - 1] != '/') open.push_back(name);
     at = i;
-    // Their text is none of ours.
+    // Their content is not checked.
     if (name == "style" || name == "script") at = page.find("</" + name, at);
   }
   return open.empty() ? "" : "still open: " + open.back();
@@ -133,13 +133,13 @@ TEST_CASE("a page is well-formed and needs nothing else", "[unit][report]") {
   const std::string page = page_of(pack_of(4, 12, 300));
   CHECK(flaw_of(page) == "");
   CHECK(page.find("<!DOCTYPE html>") == 0);
-  // The only address is the name of SVG, in the script.
+  // The only URL is the namespace of SVG, in the script.
   CHECK(count_of(page, "http") == 1);
   CHECK(count_of(page, " src=") == 0);
   CHECK(count_of(page, " href=") == 0);
   CHECK(count_of(page, "url(") == 0);
   CHECK(count_of(page, "@import") == 0);
-  // Every picture has words in its place.
+  // Every chart has an alternative text.
   CHECK(count_of(page, "role=\"img\"") == count_of(page, "role=\"img\" aria-label=\""));
   CHECK(count_of(page, "nan") == 0);
   CHECK(page.find("All times are UTC") != std::string::npos);
@@ -198,7 +198,7 @@ TEST_CASE("means of minutes are steps, with the lowest and highest around them",
 
 TEST_CASE("what is only known of a minute is told as that", "[unit][report]") {
   ReportData data = pack_of(2, 12, 30, 60 * s);
-  for (std::int64_t& at_us : data.times_us) at_us += 17 * s;  // the daemon began then
+  for (std::int64_t& at_us : data.times_us) at_us += 17 * s;  // start of the daemon
   data.cells[4].voltage_V.low[7] = 2.7F;
   data.is_of_means = true;
   const std::string page = page_of(data);
@@ -215,7 +215,7 @@ TEST_CASE("what is only known of a minute is told as that", "[unit][report]") {
   CHECK(short_page.find("Discharging is limited at the end of each 10.0 s by: ") != std::string::npos);
   CHECK(short_page.find("Of each 10.0 s only the reason at its end is known.") != std::string::npos);
   CHECK(short_page.find("minute") == std::string::npos);
-  // A recording has moments.
+  // A recording has instants.
   const std::string moments = page_of(pack_of(2, 12, 30));
   CHECK(moments.find("in the minute") == std::string::npos);
   CHECK(moments.find("Discharging is limited by: ") != std::string::npos);
@@ -230,14 +230,14 @@ TEST_CASE("what is not known is a gap, never zero", "[unit][report]") {
       cell.voltage_V.mean[i] = cell.voltage_V.low[i] = cell.voltage_V.high[i] = not_known;
     }
   }
-  for (std::size_t i = 6; i < 10; ++i) data.times_us[i] += 5 * s;  // and nobody was there between 5 and 6
+  for (std::size_t i = 6; i < 10; ++i) data.times_us[i] += 5 * s;  // and no samples between 5 and 6
   const std::string page = page_of(data);
   CHECK(flaw_of(page) == "");
   CHECK(count_of(page, "nan") == 0);
   const auto pieces = line_of(page, "current, positive: drawn");
   REQUIRE(pieces.size() == 3);
   CHECK(pieces[0].size() == 3);
-  CHECK(pieces[1].size() == 2);  // a point alone is there twice, to be seen
+  CHECK(pieces[1].size() == 2);  // a single point is drawn twice, to be visible
   CHECK(pieces[2].size() == 3);
   CHECK(line_of(page, "median").size() == 3);
   CHECK(scale_of(page, "Cell voltages").low > 3.0);
@@ -301,12 +301,12 @@ TEST_CASE("cells that are unlike the others are named, and no more than that", "
     for (const CellReport& cell : data.cells) voltages.push_back(cell.voltage_V);
     return outliers_of(voltages);
   };
-  CHECK(outliers().size() == 2);  // the lowest and the highest are always told
+  CHECK(outliers().size() == 2);  // the lowest and the highest are always shown
   shift(5, -0.1F);
   shift(9, -0.05F);
   shift(20, 0.03F);
   CHECK(outliers() == std::vector<std::size_t>{5, 20, 9});
-  data.cells[2].voltage_V.low[50] = 2.5F;  // once, for a moment
+  data.cells[2].voltage_V.low[50] = 2.5F;  // once, momentarily
   CHECK(outliers() == std::vector<std::size_t>{2, 20, 5, 9});
   CHECK(outliers_of({}).empty());
 }
@@ -366,7 +366,7 @@ TEST_CASE("what went on through a hole is told once, what began behind one again
   add(30, 40, true, false);
   CHECK(page_of(data).find("main positive closed <span class=\"unit\">20.0 s</span>") != std::string::npos);
   add(50, 60, false, false);
-  add(70, 80, true, true);  // open before the hole, closed behind it
+  add(70, 80, true, true);  // open before the gap, closed after it
   CHECK(page_of(data).find("main positive closed <span class=\"unit\">3 times, 40.0 s</span>") != std::string::npos);
   data.spans.back().lasted_us = 4 * s;
   const std::string page = page_of(data);
@@ -377,7 +377,7 @@ TEST_CASE("what went on through a hole is told once, what began behind one again
 
 TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][report]") {
   ReportData data = pack_of(2, 5, 5);
-  CHECK(page_of(data).find("Resistance of each cell") == std::string::npos);  // nothing is known of it
+  CHECK(page_of(data).find("Resistance of each cell") == std::string::npos);  // all unknown
   for (CellReport& cell : data.cells) {
     cell.resistance_mOhm = {.value = 2.0F, .doubt = 0.5F};
     cell.bled_Ah = 0;

@@ -1,4 +1,4 @@
-// A recording of a drive as the data of a report.
+// Recording of a drive as the data of a report.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +18,7 @@ using test::recorded_from_us;
 
 constexpr std::int64_t s = 1'000'000;
 
-/// Closes after a second, drives with 20 A, and opens because a cell falls; 12 s.
+/// Closes after a second, drives with 20 A, and opens because the voltage of a cell falls; 12 s.
 constexpr std::string_view drive_script =
     "0 pack soc_permille 800\n"
     "1 vehicle on\n"
@@ -30,20 +30,20 @@ const std::string& drive() {
   return text;
 }
 
-/// The same, begun anew every 2.5 s.
+/// The same, with a new part every 2.5 s.
 const std::string& drive_in_parts() {
   static const std::string text = test::recorded_run(drive_script, {.length = 12s, .part_length = 2500ms});
   return text;
 }
 
-/// An hour later.
+/// Recording an hour later.
 const std::string& later_drive() {
   static const std::string text =
       test::recorded_run("0 pack soc_permille 500\n", {.length = 3s, .from_us = recorded_from_us + 3'600 * s});
   return text;
 }
 
-/// Of files, in the order in which they are to be read.
+/// Report data of files, read in this order.
 ReportData read_files(const std::vector<std::pair<std::string, std::string>>& names_and_texts,
                       const RecordingOptions& options = {}) {
   const TemporaryFolder folder;
@@ -68,7 +68,7 @@ std::size_t line_number(const std::string& text, std::size_t at) {
   return static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')) + 1;
 }
 
-/// With a damaged tick, the first one of this second or later.
+/// Text with a damaged tick, the first one of this second or later.
 std::string damaged_at(std::string text, const std::string& second, std::size_t& line) {
   const std::size_t tick = text.find(" tick ", text.find("# (" + second + "."));
   text[tick + 1] = 'x';
@@ -103,7 +103,7 @@ TEST_CASE("a recorded drive is told with its cells, currents and flows", "[unit]
   CHECK(data.cells[18].voltage_V.size() == data.times_us.size());
   CHECK(data.discharge_cause.of_sample.size() == data.times_us.size());
 
-  // At 6 s it drives.
+  // At 6 s the pack is driving.
   const std::size_t at = 60;
   CHECK(seconds_at(data.times_us[at]) == Approx(6.0));
   CHECK(data.current_A.mean[at] == Approx(20.0).margin(0.3));
@@ -114,7 +114,7 @@ TEST_CASE("a recorded drive is told with its cells, currents and flows", "[unit]
   CHECK(data.soc_doubt_percent.mean[at] > 0.0F);
   CHECK(data.discharge_cause.texts[data.discharge_cause.of_sample[at]] == "peak");
   CHECK(data.discharge_cause.texts[data.discharge_cause.of_sample[2]] == "not connected");
-  // 20 A for some 3 s of 190 V; the sum is exact, our idea of it is not.
+  // 20 A for about 3 s at 190 V; the sum is exact, the expected value is not.
   CHECK(data.energy_out_Wh.value_or(0) == Approx(20.0 * 190 * 3.3 / 3600).epsilon(0.2));
   CHECK(data.charge_out_Ah.value_or(0) == Approx(20.0 * 3.3 / 3600).epsilon(0.2));
   CHECK(data.cells[0].soc_percent.value == Approx(80.0).margin(3.0));
@@ -136,7 +136,7 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
   REQUIRE(open != nullptr);
   CHECK(open->has_begun_before);
   CHECK(seconds_at(open->from_us) == Approx(0.0).margin(0.02));
-  CHECK(seconds_at(open->to_us) == Approx(2.0).margin(0.1));  // it is asked for after one, and watched for one
+  CHECK(seconds_at(open->to_us) == Approx(2.0).margin(0.1));  // requested after one second, and checked for one
   const SpanReport* const closed = find_span(data, SpanKind::phase, "closed");
   REQUIRE(closed != nullptr);
   CHECK(closed->to_us == fault->from_us);
@@ -208,11 +208,11 @@ TEST_CASE("what goes on behind the last time that is shown ends there", "[unit][
     CHECK(fault->length_us() < s);
     CHECK(count_spans(data, SpanKind::fault, "cell_undervoltage") == 1);
   }
-  // Figures of cells are those of its end, too: the cell of the fault had not fallen by then.
+  // Values of cells are those of its end, too: the cell of the fault had not fallen by then.
   const ReportData before = read(drive(), {.to_us = recorded_from_us + 6 * s});
   const ReportData after = read(drive());
   CHECK(before.cells[0].soc_percent.value != after.cells[0].soc_percent.value);
-  // What comes behind a gap has nothing to say of them.
+  // Data after a gap does not affect them.
   const RecordingOptions between{.from_us = std::nullopt, .to_us = recorded_from_us + 1'800 * s};
   const float at_end = after.cells[0].soc_percent.value;
   CHECK(read(drive() + later_drive(), between).cells[0].soc_percent.value == at_end);
@@ -232,7 +232,7 @@ TEST_CASE("a hole is told as far as it lies in what is shown", "[unit][report][r
 }
 
 TEST_CASE("lines of a recording that are not as they were written are damage", "[unit][report][recording][F106]") {
-  // Without one frame nothing is damaged but what the next ticks say of the lines before them.
+  // With one frame removed, only the checksum of the lines before them in the next ticks is wrong.
   const auto cut = [](std::string text, std::size_t& line) {
     const std::size_t at = text.find("\n(1700000006.") + 1;
     line = line_number(text, at);
@@ -246,11 +246,11 @@ TEST_CASE("lines of a recording that are not as they were written are damage", "
   CHECK(seconds_at(single.holes[0].from_us.value_or(0)) == Approx(6.0).margin(0.06));
   CHECK_FALSE(single.holes[0].to_us);
   CHECK(single.times_us.size() == Approx(60).margin(2));
-  CHECK(single.notes.empty());  // that the core decides otherwise then is no news
+  CHECK(single.notes.empty());  // the different decisions of the core afterwards are not reported
   CHECK(count_spans(single, SpanKind::fault, "cell_undervoltage") == 0);
 
   const std::string parts = cut(drive_in_parts(), line);
-  // Behind another damaged place its lines are still counted from the begin of the file.
+  // After another damaged position its lines are still counted from the start of the file.
   std::size_t other = 0;
   for (const std::string& text : {parts, damaged_at(parts, "1700000001", other)}) {
     const ReportData data = read(text);
@@ -332,13 +332,13 @@ TEST_CASE("behind a damaged place a recording is read from its next part on", "[
   CHECK(hole.text.find("; reading goes on at line " + std::to_string(next)) != std::string::npos);
   CHECK(seconds_at(data.to_us()) == Approx(12.0).margin(0.2));
   CHECK(data.times_us.size() == Approx(105).margin(2));
-  // The contactors were closed on both of its sides; the fault that came meanwhile has begun in it.
+  // The contactors were closed on both of its sides; the fault that occurred meanwhile began in it.
   REQUIRE(count_spans(data, SpanKind::contactor, "main positive") == 1);
   CHECK(find_span(data, SpanKind::contactor, "main positive")->goes_on);
   REQUIRE(count_spans(data, SpanKind::fault, "cell_undervoltage") == 1);
   CHECK(find_span(data, SpanKind::fault, "cell_undervoltage")->has_begun_before);
 
-  // Who looks at another time does not hear of it.
+  // It is not reported for another time span.
   CHECK(read(torn, {.from_us = recorded_from_us + 8 * s}).holes.empty());
   CHECK(read(torn, {.to_us = recorded_from_us + 5 * s}).holes.empty());
 }
@@ -369,7 +369,7 @@ TEST_CASE("what is damaged up to the end, from the begin on, or altogether is to
 }
 
 TEST_CASE("lines that were lost when it was recorded are a hole without damage", "[unit][report][recording]") {
-  // The second of five parts is not there.
+  // The second of five parts is missing.
   std::string text = drive_in_parts();
   const std::size_t second = text.find("# bmud-recording", 1);
   text.erase(second, text.find("# bmud-recording", second + 1) - second);
@@ -395,7 +395,7 @@ TEST_CASE("several recordings are one report, with a hole for the time between t
   int gaps = 0;
   for (std::size_t i = 1; i < data.times_us.size(); ++i) gaps += data.has_gap_before(i) ? 1 : 0;
   CHECK(gaps == 1);
-  // As one file they are the same, but for what nobody knows of it.
+  // As one file they are the same, except for the unknown cause of the gap.
   const ReportData joined = read(drive() + later_drive());
   CHECK(joined.times_us == data.times_us);
   REQUIRE(joined.holes.size() == 1);
@@ -459,7 +459,7 @@ TEST_CASE("a recording that is torn at its end goes on with the next file, if th
   CHECK(data.holes[0].text.find("a.log, its last line, ") == 0);
   CHECK(data.holes[0].text.find("; reading goes on at the begin of b.log") != std::string::npos);
   CHECK(seconds_at(data.holes[0].to_us.value_or(0)) == Approx(5.0).margin(0.06));
-  // The second file has nothing of what is missing.
+  // The second file contains nothing of the missing range.
   const ReportData none = read_files({{"a.log", torn}, {"b.log", parts.substr(0, second)}});
   REQUIRE(none.holes.size() == 1);
   CHECK_FALSE(none.holes[0].to_us);
@@ -467,7 +467,7 @@ TEST_CASE("a recording that is torn at its end goes on with the next file, if th
 }
 
 TEST_CASE("what several recordings lack is told of each of them", "[unit][report][recording]") {
-  // The second one has nothing of its own, as far as it can be read; both lack their end.
+  // The second one has no data of its own, as far as it can be read; both lack their end.
   std::size_t line = 0;
   const std::string& parts = drive_in_parts();
   const std::string first = damaged_at(parts, "1700000011", line);
@@ -483,7 +483,7 @@ TEST_CASE("what several recordings lack is told of each of them", "[unit][report
   check(read_files({{"a.log", first}, {"b.log", second}}));
   const ReportData goes_on = read_files({{"a.log", first}, {"b.log", second}, {"c.log", later_drive()}});
   check(goes_on);
-  // What is missing is counted once.
+  // The missing time is counted once.
   CHECK(goes_on.holes[0].from_us == goes_on.holes[1].from_us);
   CHECK(goes_on.holes[0].to_us == goes_on.holes[1].to_us);
   CHECK(missing_us(goes_on) == *goes_on.holes[0].to_us - *goes_on.holes[0].from_us);
@@ -532,10 +532,10 @@ TEST_CASE("a clock that is put right by milliseconds costs nothing", "[unit][rep
 
 namespace {
 
-/// A computer without a battery clock, 12 s after its start.
+/// A host without a battery-backed clock, 12 s after its start.
 constexpr std::int64_t unset_from_us = 12 * s;
 
-/// The drive of others, on a clock that is set 6 s after its begin: shown by the clock as it is then.
+/// The drive of other tests, with a clock that is set 6 s after its start: times are those of the clock as set.
 void check_is_drive(const ReportData& data, const std::string& note) {
   const ReportData whole = read(drive());
   REQUIRE(data.notes.size() == 1);

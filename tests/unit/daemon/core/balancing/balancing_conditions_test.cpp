@@ -1,4 +1,4 @@
-// Each reason against balancing: just not there, there, and what it takes until it is gone.
+// Each balancing inhibit: just below its threshold, active, and the condition that ends it.
 #include "daemon/core/balancing/balancing_conditions.hpp"
 
 #include <set>
@@ -12,7 +12,7 @@ using namespace bmu;
 
 namespace {
 
-/// A closed, healthy pack at rest that asks for balancing: nothing speaks against it.
+/// Closed, healthy pack at rest with balancing enabled: no inhibit is active.
 struct Bench {
   Bench() {
     config.balancing = {.is_enabled = true,
@@ -44,11 +44,11 @@ struct Bench {
     write<status, "board_too_hot">(frame, said.board_too_hot ? 1 : 0);
     modules.observe(status, node, frame, now);
   }
-  /// A board sensor at this place, and no other.
+  /// Reports a board sensor at this position and at no other.
   void say_boards(std::uint8_t node, std::size_t fitted) {
     using namespace internal_bus;
     CanFrame frame = make_frame(temp_2, node);
-    constexpr std::size_t first = 1;  // behind the cells' fourth
+    constexpr std::size_t first = 1;  // after the fourth cell sensor
     encode_signal(temp_2.signals[0], not_known(Validity::not_fitted), frame.data);
     for (std::size_t place = 0; place < board_temperatures_per_module; ++place) {
       const bool is_fitted = place == fitted;
@@ -58,7 +58,7 @@ struct Bench {
     modules.observe(temp_2, node, frame, now);
   }
   BalancingBlockers look() { return before = balancing_blockers(conditions, before); }
-  /// This reason and no other.
+  /// Whether this inhibit is active and no other.
   bool only(BalancingBlocker id) { return look() == 1U << static_cast<unsigned>(id); }
 
   CoreConfig config = test::small_pack();
@@ -134,7 +134,7 @@ TEST_CASE("a discharge speaks against it beyond its threshold, until it is a fif
   CHECK(bench.only(BalancingBlocker::discharging));
   bench.pack.current_mA.value = 400;
   CHECK(bench.look() == 0);
-  bench.pack.current_mA.value = -100'000;  // charging is what it is for
+  bench.pack.current_mA.value = -100'000;  // charging does not inhibit
   CHECK(bench.look() == 0);
 }
 
@@ -177,8 +177,8 @@ TEST_CASE("a module without a sensor on its board is bled only where the pack fi
     CAPTURE(node);
     Bench bench;
     bench.modules.init(bench.config);
-    bench.say_boards(static_cast<std::uint8_t>(3 - node), 3);  // one is enough, wherever it sits
-    CHECK(bench.only(BalancingBlocker::board_unknown));        // it has not said what it has
+    bench.say_boards(static_cast<std::uint8_t>(3 - node), 3);  // one sensor is enough, at any position
+    CHECK(bench.only(BalancingBlocker::board_unknown));        // its sensors are not reported yet
     bench.say_boards(node, nowhere);
     CHECK(bench.only(BalancingBlocker::board_unknown));
     bench.config.balancing.without_board_sensor = true;

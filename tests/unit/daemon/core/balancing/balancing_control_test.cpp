@@ -1,4 +1,4 @@
-// From a measurement to bled cells and back: windows, minutes, answers, stops. The modules' side is the emulated one.
+// Balancing from the measurement to bled cells and back: windows, minutes, responses, stops. The modules are emulated.
 #include "daemon/core/balancing/balancing_control.hpp"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ bool is_bleeding(const BalancingBench& bench) {
   return bench.control().state() == BalancingState::bleeding;
 }
 
-/// Until the next plan has been told and obeyed.
+/// Runs until the next plan has been commanded and its switches are on.
 void wait_for_bleeding(BalancingBench& bench) {
   REQUIRE(bench.run_until([&] { return is_bleeding(bench) && bench.switches().is_any_on(); }, 2min));
 }
@@ -119,7 +119,7 @@ TEST_CASE("a balanced pack is measured on and on, and nobody is told anything", 
 TEST_CASE("voltages are taken for a plan only while the current stands still", "[unit][balancing]") {
   const auto plans = [](BalancingMethod method) {
     CoreConfig config = small();
-    config.current.charge_continuous_mA = 10'000;  // a twentieth may swing
+    config.current.charge_continuous_mA = 10'000;  // a twentieth of it may fluctuate
     config.balancing.method = method;
     BalancingBench bench(config);
     bench.soc[2] = 0.52;
@@ -150,7 +150,7 @@ TEST_CASE("whatever speaks against it stops everything at once, by one word to a
   CHECK(bench.steps().back().was_stopped);
   CHECK_FALSE(bench.switches().is_any_told());
   bench.run(10min);
-  CHECK(stops(bench) == 1);  // obeyed, so said once
+  CHECK(stops(bench) == 1);  // followed, so sent once
   CHECK_FALSE(bench.switches().is_any_on());
   bench.blockers = 0;
   bench.run(10s);
@@ -179,7 +179,7 @@ TEST_CASE("a switch that was on before anybody was told is stopped", "[unit][bal
   BalancingBench bench(small());
   std::uint16_t left_on = mask({2});
   bench.told_switches = [&left_on](std::size_t module, std::uint16_t on) { return module == 0 ? left_on : on; };
-  bench.blockers = some_blocker;  // even then
+  bench.blockers = some_blocker;  // even with an inhibit
   bench.run(1s);
   REQUIRE(bench.orders().size() == 1);
   CHECK(bench.orders()[0].is_stop);
@@ -199,7 +199,7 @@ TEST_CASE("a module that refuses is left out until the next plan, and named once
   CHECK(bench.control().has_failed(0));
   CHECK_FALSE(bench.switches().is_any_told());
   bench.run(1min);
-  CHECK(bench.orders().size() >= 2);  // asked again with each plan
+  CHECK(bench.orders().size() >= 2);  // commanded again with each plan
   CHECK(bench.control().has_failed(0));
   bench.result = internal_bus::CommandResult::done;
   wait_for_bleeding(bench);

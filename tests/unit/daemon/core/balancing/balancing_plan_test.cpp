@@ -1,4 +1,4 @@
-// What each planner finds on a steep curve and on a flat one, and what it does when it lacks something.
+// Result of each planner on a steep and on a flat curve, and with missing inputs.
 #include "daemon/core/balancing/balancing_plan.hpp"
 
 #include <array>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t capacity_uAs = 10 * uAs_per_Ah;
 
-/// 1 mV a permille from empty to full: what voltages say is easily counted.
+/// 1 mV a permille from empty to full: expected values follow directly from the voltages.
 CoreConfig straight() {
   CoreConfig config;
   config.cell.ocv.push_back({0, 3'000'000});
@@ -98,7 +98,7 @@ TEST_CASE("cells that are as far apart as balancing by voltages leaves them are 
 TEST_CASE("by terminal voltage on a flat curve: nothing before the knee, little behind it",
           "[unit][balancing][BMS_F.4]") {
   const auto method = BalancingMethod::terminal_voltage;
-  // 70 % apart, and a big current's difference on top.
+  // 70 % apart, plus the voltage difference caused by a large current.
   CHECK(plan_of(flat(), method, at({3'290'000, 3'350'000}), -50'000).verdict == PlanVerdict::below_top);
   const Plan plan = plan_of(flat(), method, at({3'400'000, 3'420'000}));
   CHECK(plan.remove_uAs[1] == 10 * permille_uAs);  // 15 mV by 1.5 mV a permille
@@ -115,7 +115,7 @@ TEST_CASE("by open-circuit voltage: what the current makes of a resistance is ta
   std::vector<BalancingCell> cells = at({3'520'000, 3'570'000}, 2'000);
   cells[1].resistance_uOhm = 7'000;
   CHECK(plan_of(straight(), method, cells, -10'000).verdict == PlanVerdict::balanced);
-  // Drawn with 10 A it is the second that stands higher.
+  // Discharged with 10 A, the second cell has the higher open-circuit voltage.
   CHECK(static_cast<double>(plan_of(straight(), method, cells, 10'000).remove_uAs[1]) == Approx(95.0 * permille_uAs));
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("by open-circuit voltage: what follows the current late is taken off w
     CoreConfig config = straight();
     config.cell.resistance_activation_K = 2'400.0;
     config.balancing.method = BalancingMethod::ocv;
-    // Charged with 10 A; 50 mV too high as they show, less what shows at once.
+    // Charged with 10 A; the second cell is 50 mV too high after the ohmic drop is subtracted.
     std::vector<BalancingCell> cells = at({3'520'000, 3'570'000 + (resistance_uOhm - 2'000) * 10}, 2'000);
     cells[1].resistance_uOhm = resistance_uOhm;
     std::array<std::int64_t, 2> remove_uAs{};
@@ -135,11 +135,11 @@ TEST_CASE("by open-circuit voltage: what follows the current late is taken off w
   };
   CHECK(remove(2'000, 10'000.0) == Approx(45.0));
   CHECK(remove(3'000, 0.0) == Approx(45.0));
-  CHECK(remove(3'000, 10'000.0) == Approx(35.0));  // half as much again: twice the half of 10 mV
-  CHECK(remove(1'000, 10'000.0) == Approx(35.0));  // or less: nobody knows which way it went
+  CHECK(remove(3'000, 10'000.0) == Approx(35.0));  // half as much again: twice half of the 10 mV
+  CHECK(remove(1'000, 10'000.0) == Approx(35.0));  // half of it: the direction of the earlier current is unknown
   CHECK(remove(6'000, 10'000.0) == Approx(5.0));
   CHECK(remove(7'000, 10'000.0) == 0.0);
-  // At 15 C a cell has 1.32 times the resistance of one at 25 C: of 10 mV late and 20 mV at once, 9.7 mV.
+  // At 15 C a cell has 1.32 times the resistance of one at 25 C: 9.7 mV of 10 mV polarisation and 20 mV ohmic drop.
   CHECK(remove(2'000, 10'000.0, 150) == Approx(45.0 - 30.0 * (resistance_factor(2'400.0, 15.0) - 1.0)));
 }
 
@@ -158,7 +158,7 @@ TEST_CASE("by open-circuit voltage: without resistances not in the cold, nor whi
                            .warmest_dC = coldest_dC},
                           config, remove_uAs);
   };
-  CHECK(verdict(-2'000, 1'000.0, 250) == PlanVerdict::planned);  // 4 mV and 1
+  CHECK(verdict(-2'000, 1'000.0, 250) == PlanVerdict::planned);  // 4 mV ohmic drop and 1 mV polarisation
   CHECK(verdict(-2'000, 1'001.0, 250) == PlanVerdict::resistance_unknown);
   CHECK(verdict(-2'000, 1'000.0, 249) == PlanVerdict::resistance_unknown);
   CHECK(verdict(0, 5'000.0, 250) == PlanVerdict::planned);
@@ -188,21 +188,21 @@ TEST_CASE("by open-circuit voltage on a flat curve: nothing is sure, and hystere
           "[unit][balancing][BMS_F.4]") {
   const auto method = BalancingMethod::ocv;
   CoreConfig config = flat();
-  // 35 % apart on the flat stretch: 5 mV, which may as well be none.
+  // 35 % apart on the flat section: 5 mV, which is within the uncertainty.
   CHECK(plan_of(config, method, at({3'292'000, 3'297'000})).verdict == PlanVerdict::balanced);
-  // 6 mV are 1 mV for sure, from the lowest on: 7 %.
+  // Of 6 mV, 1 mV is certain, counted from the lowest cell: 7 %.
   const Plan sure = plan_of(config, method, at({3'292'000, 3'298'000}));
   CHECK(static_cast<double>(sure.remove_uAs[1]) == Approx(70.0 * permille_uAs).epsilon(0.001));
   config.cell.hysteresis_V = 0.003;  // each may be 3 mV too high or too low
   CHECK(plan_of(config, method, at({3'292'000, 3'298'000})).verdict == PlanVerdict::balanced);
-  // Behind the knee there is something to see.
+  // Above the knee the voltage difference is significant.
   CHECK(plan_of(config, method, at({3'330'000, 3'400'000})).verdict == PlanVerdict::planned);
 }
 
 TEST_CASE("by open-circuit voltage: of two cells above the end of the curve one may have too much",
           "[unit][balancing][BMS_F.4]") {
   const auto method = BalancingMethod::ocv;
-  // 1 mV a permille goes on; 5 mV are the dead band.
+  // The curve continues with 1 mV a permille; the dead band is 5 mV.
   CHECK(plan_of(straight(), method, at({3'990'000, 4'020'000})).remove_uAs[1] == 25 * permille_uAs);
   CHECK(plan_of(straight(), method, at({4'005'000, 4'030'000})).remove_uAs[1] == 20 * permille_uAs);
   CHECK(plan_of(straight(), method, at({4'005'000, 4'010'000})).verdict == PlanVerdict::balanced);
@@ -236,7 +236,7 @@ TEST_CASE("by charge: all are to be full at once, less what is not sure of eithe
   const Plan unsure = plan_of(straight(), method, {missing(500, 10), missing(450, 3), missing(480, 6)});
   CHECK(unsure.remove_uAs == std::vector<std::int64_t>{0, 32 * permille_uAs, 0});
   CHECK(plan_of(straight(), method, {missing(500, 30), missing(450, 30)}).verdict == PlanVerdict::balanced);
-  // Overfull is less than nothing missing.
+  // An overfull cell misses a negative charge.
   CHECK(plan_of(straight(), method, {missing(10), missing(-20)}).remove_uAs[1] == 25 * permille_uAs);
 }
 

@@ -1,4 +1,4 @@
-// The bound of what follows a current late: against the pairs themselves, whatever flows.
+// Upper bound of the polarisation, compared with the RC elements themselves for arbitrary currents.
 #include "daemon/core/balancing/polarisation.hpp"
 
 #include "mmu/devices/random.hpp"
@@ -37,7 +37,7 @@ TEST_CASE("what follows a current late rises at once and falls as slowly as its 
 TEST_CASE("a current that is not known any more counts as the largest", "[unit][estimators]") {
   PolarisationBound bound;
   bound.init(two_pairs(), 50'000);
-  bound.update(TimePoint{8s}, {});  // before the sensor has spoken
+  bound.update(TimePoint{8s}, {});  // before the first sensor value
   CHECK(bound.most_uV() == 0.0);
   bound.update(TimePoint{9s}, measured(0, TimePoint{9s}));
   CHECK(bound.most_uV() == 0.0);

@@ -1,4 +1,4 @@
-// The model of a cell between its tables: every figure here is worked out by hand or from a closed form.
+// Cell model between its tables: every figure here is calculated by hand or from a closed form.
 #include "daemon/core/cell/cell_dynamics.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ double arrhenius(double activation_K, double temperature_C) {
   return std::exp(activation_K * (1.0 / (temperature_C + 273.15) - 1.0 / 298.15));
 }
 
-/// 3 V to 4 V evenly at 0 C, and 3.1 V to 4.1 V at 40 C; resistances that follow Arrhenius' law and rise along the
+/// 3 V to 4 V linearly at 0 C, and 3.1 V to 4.1 V at 40 C; resistances that follow Arrhenius' law and rise along the
 /// charge from R to 2 R.
 CellDynamics even_cell() {
   CellDynamics cell;
@@ -138,7 +138,7 @@ TEST_CASE("between the rows a curve moves as Arrhenius' factor does", "[unit][es
 
 TEST_CASE("without an activation the temperature counts by itself", "[unit][estimators]") {
   CellDynamics cell = even_cell();
-  // The last is so little that both rows have the same factor.
+  // 1e-14 is so small that both rows have the same factor.
   for (const double activation_K : {0.0, 1e-14}) {
     CAPTURE(activation_K);
     cell.activation_K = activation_K;
@@ -170,7 +170,7 @@ TEST_CASE("beyond full and empty the curve goes on, and never flatter than 0.8 V
   CHECK(at(cell, 1.05, 0.0).ocv_V == Approx(4.05));
   CHECK(at(cell, -0.05, 0.0).ocv_V == Approx(2.95));
   CHECK(at(cell, 1.05, 0.0).ocv_slope_V == Approx(1.0));
-  cell.rows[0].ocv_V[49] = cell.rows[0].ocv_V[50];  // flat at its end
+  cell.rows[0].ocv_V[49] = cell.rows[0].ocv_V[50];  // flat at the end of the curve
   CHECK(at(cell, 1.0, 0.0).ocv_slope_V == Approx(0.0).margin(1e-9));
   CHECK(at(cell, 1.05, 0.0).ocv_slope_V == Approx(0.8));
   CHECK(at(cell, 1.05, 0.0).ocv_V == Approx(4.0 + 0.8 * 0.05));
@@ -183,7 +183,7 @@ TEST_CASE("the charge transfer is a resistance for a small current and a logarit
   const CellPoint point{.kinetic_Ohm = 0.01, .exchange_current_A = 2.0};
   CHECK(kinetic_V(point, 0.0) == 0.0);
   CHECK(kinetic_V(point, 0.002) == Approx(0.01 * 0.002).epsilon(1e-6));
-  // asinh(x) = ln(2 x) for a large x; ten times the current takes as much more each time.
+  // asinh(x) = ln(2 x) for a large x; each tenfold current adds the same voltage.
   CHECK(kinetic_V(point, 2000.0) == Approx(0.02 * std::log(2000.0)).epsilon(1e-6));
   CHECK(kinetic_V(point, 20'000.0) - kinetic_V(point, 2000.0) == Approx(0.02 * std::log(10.0)).epsilon(1e-6));
   // asinh(3/4) = ln(3/4 + 5/4)
@@ -195,7 +195,7 @@ TEST_CASE("the charge transfer is a resistance for a small current and a logarit
 
 TEST_CASE("a rested voltage tells the charge it belongs to, whichever way it came", "[unit][estimators]") {
   const CellDynamics cell = even_cell();
-  // Last discharged or charged: V = 3 + z + h * 0.01 * (1 + z)
+  // After discharging or charging: V = 3 + z + h * 0.01 * (1 + z)
   for (const double hysteresis : {-1.0, 0.0, 0.4, 1.0}) {
     for (const double soc : {0.02, 0.3, 0.77, 0.98}) {
       CAPTURE(hysteresis, soc);
@@ -240,7 +240,7 @@ TEST_CASE("the model of a sheet is the same cell in the tables", "[unit][estimat
   CHECK(cell.hysteresis_charge == Approx(0.04));
   CHECK(cell.self_discharge_per_month == Approx(0.02));
   CHECK(cell.charge_efficiency == 1.0);
-  // It knows itself the worse, the colder it is.
+  // The model error increases with falling temperature.
   CHECK(at(cell, 0.5, -15.0).slow_error_V > at(cell, 0.5, 25.0).slow_error_V);
 }
 

@@ -1,4 +1,4 @@
-// The tables of a cell file: straight between the points, level beyond them.
+// Derating tables of a cell file: linear between the points, constant outside them.
 #include "daemon/core/cell/derating.hpp"
 
 #include "tests/support/catch.hpp"
@@ -24,7 +24,7 @@ TEST_CASE("a table is straight between its points and level beyond", "[unit][lim
   CHECK(share_permille(cold, 50) == 150);
   CHECK(share_permille(cold, 99) == 297);
   CHECK(share_permille(cold, 100) == 300);
-  CHECK(share_permille(cold, 101) == 304);  // and two thirds: downwards
+  CHECK(share_permille(cold, 101) == 304);  // 304 and two thirds, rounded down
   CHECK(share_permille(cold, 249) == 995);
   CHECK(share_permille(cold, 250) == 1'000);
   CHECK(share_permille(cold, 400) == 1'000);

@@ -1,4 +1,5 @@
-// What is asked of chargers: every band, wait and end of a charge at its exact place; and what goes out for it.
+// Current requested from chargers: every band, delay and end of a charge at its exact threshold; and the frames sent
+// for it.
 #include "daemon/core/charging/charge_control.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr std::int32_t full_uV = 4'180'000;
 
-/// A charge control with cells that are what a test says.
+/// Charge control with cells set by the test.
 struct Bench {
   CoreConfig config = test::small_pack();
   PackState pack;
@@ -45,7 +46,7 @@ struct Bench {
     pack.cell_voltage_uV = {.min = max_uV - spread_uV, .max = max_uV, .count = 8, .expected = 8};
     pack.cell_voltage_uV.max_taken_at = in.now;
   }
-  /// One tick, so much later, with a new sample of the cells as they are and a current as asked for.
+  /// Executes one tick after this time, with a new sample of the unchanged cells and the requested current.
   void step(Duration later) {
     in.now += later;
     pack.cell_voltage_uV.max_taken_at = in.now;
@@ -55,10 +56,10 @@ struct Bench {
   void run(Duration span, Duration tick = 100ms) {
     for (const TimePoint end = in.now + span; in.now < end;) step(tick);
   }
-  /// Of the stage.
+  /// Time in the present stage.
   [[nodiscard]] Duration since() const { return in.now - control.since(); }
   [[nodiscard]] Duration idle_max() const { return 5min + config.balancing.settle; }
-  /// At the top, with hardly any current left.
+  /// Charges to the top, until no current is requested.
   void fill() {
     run(12s);
     cells(full_uV + 20'000);
@@ -78,7 +79,7 @@ TEST_CASE("the current rises by its ramp, to the least of all limits, and falls 
   CHECK(bench.control.current_mA() == 2'000);
   bench.step(500ms);
   CHECK(bench.control.current_mA() == 3'000);
-  bench.step(10s);  // a tick that comes late is none that may leap
+  bench.step(10s);  // a late tick must not cause a larger increase
   CHECK(bench.control.current_mA() == 5'000);
   bench.run(20s);
   CHECK(bench.control.current_mA() == 20'000);
@@ -117,8 +118,8 @@ TEST_CASE("the highest cell is followed from 50 mV below full on", "[unit][charg
   bench.step(100ms);
   CHECK(bench.control.is_held());
   bench.run(5s);
-  CHECK(bench.control.current_mA() == 20'000);  // below full it may rise
-  bench.cells(full_uV + 5'000);                 // 1 A over 5 mOhm: all of it in a second
+  CHECK(bench.control.current_mA() == 20'000);  // may rise below full
+  bench.cells(full_uV + 5'000);                 // 1 A over 5 mOhm: removed within a second
   bench.run(1s);
   CHECK(bench.control.current_mA() == 19'000);
 }
@@ -186,11 +187,11 @@ TEST_CASE("cells that are apart at the top are balanced, and charged on when the
     bench.cells(full_uV, 10'001);
     bench.run(31s);
     REQUIRE(bench.control.stage() == ChargeStage::balancing);
-    CHECK(bench.control.is_in_progress());  // a pause is no end
+    CHECK(bench.control.is_in_progress());  // a pause does not end the charge
     CHECK(bench.control.current_mA() == 0);
     bench.in.is_bleeding = true;
     SECTION("bleeding has brought the highest down") {
-      // What it loses in the first five minutes is no charge: it counts from what it has then.
+      // The voltage drop of the first five minutes is not bled charge: the reference is the voltage at their end.
       bench.cells(full_uV - 25'000, 10'001);
       bench.run(5min - bench.since() - 100ms);
       bench.cells(full_uV - 30'000, 10'001);
@@ -216,14 +217,14 @@ TEST_CASE("cells that are apart at the top are balanced, and charged on when the
     SECTION("nothing is bled any more") {
       bench.step(100ms);
       bench.in.is_bleeding = false;
-      // At the top as has_reached_top has it, or with room that the charge goes on for.
+      // At the top by the criterion of has_reached_top, or with enough margin for the charge to continue.
       const auto [below_uV, next] = GENERATE(table<std::int32_t, ChargeStage>(
           {{10'000, ChargeStage::full}, {10'001, ChargeStage::charging}, {19'999, ChargeStage::charging}}));
       bench.cells(full_uV - below_uV, 10'001);
       bench.step(100ms);
       bench.run(bench.idle_max() - 100ms);
       CHECK(bench.control.stage() == ChargeStage::balancing);
-      // A cell that is not measured is neither at the top nor below it.
+      // An unmeasured cell is neither at the top nor below it.
       bench.pack.cell_voltage_uV.count = 7;
       bench.step(100ms);
       CHECK(bench.control.stage() == ChargeStage::balancing);
@@ -231,7 +232,7 @@ TEST_CASE("cells that are apart at the top are balanced, and charged on when the
       bench.step(100ms);
       CHECK(bench.control.stage() == next);
       if (next == ChargeStage::full) return;
-      // Something was bled: the next top may pause again.
+      // Cells were bled: the next top may pause again.
       bench.fill();
       bench.cells(full_uV, 10'001);
       bench.run(31s);
@@ -283,7 +284,7 @@ TEST_CASE("a pause in which nothing is bled ends by itself, and is the last one"
   bench.cells(full_uV, 10'001);
   bench.run(31s);
   CHECK(bench.control.stage() == ChargeStage::full);
-  // A new charge may find something to bleed.
+  // In a new charge a pause for bleeding is possible again.
   bench.cells(3'700'000);
   if (falls) bench.in.soc_permille = 899;
   bench.in.is_wanted = falls;
@@ -330,11 +331,11 @@ TEST_CASE("stages have names of their own", "[unit][charger]") {
   CHECK(to_text(static_cast<ChargeStage>(charge_stage_count)) == "?");
 }
 
-// --- what goes out --------------------------------------------------------------------------------------------------
+// --- frames sent ----------------------------------------------------------------------------------------------------
 
 namespace {
 
-/// A core that charges, with chargers whose reports are a test's.
+/// Core that charges, with charger reports set by the test.
 struct Plugged {
   CoreConfig config;
   std::vector<bool> talks;
@@ -411,7 +412,7 @@ TEST_CASE("less is told within a moment, and not with every tick", "[unit][core]
   const Core& core = plugged.bench->core();
   REQUIRE(core.ordered_mA(0) > 4'000);
   const std::size_t before = plugged.bench->sent().size();
-  plugged.bench->modules[0].talks = false;  // its cells grow old, and nothing is asked for
+  plugged.bench->modules[0].talks = false;  // its cells become stale, and no current is requested
   REQUIRE(plugged.bench->run_until([&] { return core.charge_control().current_mA() == 0; }, 1s));
   plugged.bench->run(60ms);
   CHECK(core.ordered_mA(0) == 0);
@@ -456,7 +457,7 @@ TEST_CASE("latched errors are cleared by a bit that comes and goes, ten times an
   std::size_t cleared = 0;
   for (std::size_t index = 0; index < orders.size(); ++index) {
     if (!orders[index].clears_errors) continue;
-    if (cleared > 0) CHECK(index - last >= 19);  // of a command every 100 ms
+    if (cleared > 0) CHECK(index - last >= 19);  // with a command every 100 ms
     last = index;
     ++cleared;
   }

@@ -1,4 +1,4 @@
-// The brief pause of a charge at a fixed state of charge.
+// Short pause of a charge at a fixed state of charge.
 #include "daemon/core/charging/charge_pause.hpp"
 
 #include "tests/support/catch.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int32_t charging_mA = -10'000;
 
-/// 20 Ah: from 1 A on it is a charge.
+/// 20 Ah: a current counts as a charge from 1 A.
 CoreConfig pausing_at(std::int32_t soc_permille) {
   CoreConfig config;
   config.cell.capacity_uAs = 20 * uAs_per_Ah;
@@ -22,7 +22,7 @@ class Bench {
  public:
   explicit Bench(std::int32_t at_permille = 500) { pause_.init(pausing_at(at_permille)); }
 
-  /// So long, ten looks a second; how long of it was a pause.
+  /// Runs for this time with ten updates a second; returns how long the charge was paused.
   Duration run(Duration duration, std::optional<std::int32_t> soc_permille, std::int32_t current_mA,
                bool is_closed = true) {
     Duration paused{};
@@ -55,7 +55,7 @@ TEST_CASE("a charge pauses once where the pack file says", "[unit][charge_pause]
   CHECK(bench.run(200s, 510, charging_mA) == 0s);
   CHECK(bench.run(200s, 451, charging_mA) == 0s);
   CHECK(bench.run(200s, 500, charging_mA) == 0s);
-  CHECK(bench.run(10s, 450, 10'000) == 0s);  // driven, and charged again
+  CHECK(bench.run(10s, 450, 10'000) == 0s);  // discharged, and charged again
   CHECK(bench.run(100s, 500, charging_mA) == 5s);
 }
 

@@ -1,5 +1,5 @@
-// When a charge goes on after a power cut: to the tick after 24 h, how steady the charger has to be, how often, and
-// what ends the wait.
+// Resumption of a charge after a power cut: the limit of 24 h to the tick, how long the charger must be steady, how
+// often a charge resumes, and the events that end the waiting.
 #include "daemon/core/charging/charge_resume.hpp"
 
 #include "tests/support/catch.hpp"
@@ -18,7 +18,7 @@ struct Bench {
     in.now += later;
     return resume.step(in);
   }
-  /// The power is cut: silence in a tick in which it still charges; then the pack opens.
+  /// Cuts the power: silence in a tick in which the pack still charges; then the pack opens.
   TimePoint cut() {
     in.is_charging = true;
     in.is_silent = in.has_fault = true;
@@ -47,14 +47,14 @@ TEST_CASE("a charge goes on up to 24 h after it was interrupted, and not a tick 
     Bench bench;
     const TimePoint cut_at = bench.cut();
     CHECK(bench.resume.is_pending());
-    // Heard again so that it has been steady for as long as it has to be at that very moment.
+    // The charger is back early enough to have been steady for exactly the required time at this instant.
     bench.come_back();
     CHECK_FALSE(bench.step(cut_at + one.after - ChargeResume::steady - bench.in.now));
     CHECK(bench.resume.is_pending());
     CAPTURE(to_s(one.after));
     CHECK(bench.step(ChargeResume::steady) == one.goes_on);
     CHECK_FALSE(bench.resume.is_pending());
-    CHECK_FALSE(bench.step());  // once
+    CHECK_FALSE(bench.step());  // only once
   }
 }
 
@@ -76,7 +76,7 @@ TEST_CASE("a charger that is back has to be steady for five seconds", "[unit][co
   bench.come_back();
   CHECK_FALSE(bench.step());
   CHECK_FALSE(bench.step(5s - 1ns));
-  bench.in.all_talk = false;  // one of them, for a tick
+  bench.in.all_talk = false;  // one charger silent for a tick
   CHECK_FALSE(bench.step());
   bench.in.all_talk = true;
   CHECK_FALSE(bench.step());
@@ -121,7 +121,7 @@ TEST_CASE("a charger that comes and goes is charged with ten times, until it is 
   int times = 0;
   for (int count = 0; count < 15; ++count) {
     static_cast<void>(bench.cut());
-    CHECK(bench.resume.is_pending() == (count < 10));  // what will not come is not announced
+    CHECK(bench.resume.is_pending() == (count < 10));  // no resumption is announced after the last one
     bench.come_back();
     CHECK_FALSE(bench.step());
     if (bench.step(5s)) ++times;
@@ -140,7 +140,7 @@ TEST_CASE("a charge that goes on by itself is not resumed once it is over", "[un
   Bench bench;
   bench.in.is_charging = bench.in.is_silent = bench.in.has_fault = bench.in.is_wanted = true;
   CHECK_FALSE(bench.step());
-  // Heard again while its fault still stands: this may yet open.
+  // The charger is received again while its fault is still confirmed: the fault may still open the pack.
   bench.in.is_silent = false;
   CHECK_FALSE(bench.step());
   CHECK(bench.resume.is_pending());
@@ -167,7 +167,7 @@ TEST_CASE("what was not interrupted is not gone on with", "[unit][core][charger]
   Bench bench;
   CHECK_FALSE(bench.step());
   CHECK_FALSE(bench.step(10s));
-  bench.in.is_silent = true;  // it did not charge
+  bench.in.is_silent = true;  // the pack did not charge
   CHECK_FALSE(bench.step());
   bench.in.is_silent = false;
   CHECK_FALSE(bench.step(10s));

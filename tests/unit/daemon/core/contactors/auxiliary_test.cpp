@@ -1,4 +1,4 @@
-// Fan, heater and the motor controller's line: thresholds, longest runs, and what never may be.
+// Fan, heater and motor controller output: thresholds, maximum run times, and forbidden states.
 #include "daemon/core/contactors/auxiliary.hpp"
 
 #include "protocol/tables/internal_bus.hpp"
@@ -48,7 +48,7 @@ TEST_CASE("the fan runs from the hottest cell's upper threshold to its lower one
   CHECK(runs.at(200, 351).fan);
   CHECK_FALSE(runs.at(200, 350).fan);
   CHECK_FALSE(runs.at(200, 399).fan);
-  runs.in.cell_temperature_dC.count = 7;  // one sensor that is hot is enough to cool
+  runs.in.cell_temperature_dC.count = 7;  // a single hot sensor is enough to cool
   CHECK(runs.at(200, 400).fan);
   runs.in.cell_temperature_dC.count = 0;
   CHECK_FALSE(runs.at(200, 400).fan);
@@ -89,7 +89,7 @@ TEST_CASE("what has run for its longest time stays off for a pause", "[unit][aux
   CHECK(fan.at(200, 400, 60s - 1ns).fan);
   CHECK_FALSE(fan.at(200, 400, 60s).fan);
   CHECK(fan.at(200, 400, 80s).fan);
-  Runs done;  // one that has done its work needs no pause
+  Runs done;  // reaching the target temperature requires no pause
   CHECK(done.at(200, 400).fan);
   CHECK_FALSE(done.at(200, 350, 10s).fan);
   CHECK(done.at(200, 400, 11s).fan);
@@ -111,17 +111,17 @@ TEST_CASE("a run that is interrupted again and again counts as one, and a gap gi
     if (!heats && since % 5s < 4'600ms && stopped_at == Duration{}) stopped_at = since;
     if (stopped_at != Duration{}) CHECK(heats == (since >= stopped_at + 20s && since % 5s < 4'600ms));
   }
-  // Each gap of 0.4 s gives back 0.6 s: the pause of 20 s gives back 30.
+  // Each gap of 0.4 s restores 0.6 s: the pause of 20 s restores 30.
   CHECK(stopped_at > 30s);
   CHECK(stopped_at < 40s);
   CHECK(ran >= 30s);
-  // Half on and half off gives back more than it takes, and goes on for ever.
+  // Equal times on and off restore more than they use, so the output can continue permanently.
   Runs resting;
   for (Duration since{}; since < 600s; since += 1s) {
     const bool is_wanted = since % 40s < 20s;
     CHECK(resting.at(is_wanted ? 0 : 100, 110, since).heater == is_wanted);
   }
-  // What was left off for as long as a pause has all its time again.
+  // An output that was off for one pause has its full run time again.
   Runs rested;
   CHECK(rested.at(0, 100).heater);
   CHECK(rested.at(0, 100, 29s).heater);
@@ -160,7 +160,7 @@ TEST_CASE("the motor controller works from the throttle's upper share until it i
   CHECK_FALSE(runs.enables(49));
   CHECK(runs.enables(1'000));
   runs.in.throttle_permille = not_known();
-  CHECK_FALSE(runs.at(200, 200).motor_enable);  // a throttle nobody knows is none
+  CHECK_FALSE(runs.at(200, 200).motor_enable);  // an unknown throttle does not enable the motor
   CHECK(runs.enables(50));
   runs.in.may_drive = false;
   CHECK_FALSE(runs.enables(1'000));
@@ -186,7 +186,7 @@ TEST_CASE("the fan is commanded by the pack's temperature, the motor controller 
   bench.run(200ms);
   CHECK(bench.commanded() == ContactorOutputs{.main_positive = true, .main_negative = true, .auxiliary = true});
   bench.modules[1].cell_temperature_dC[0] = known(400);
-  bench.run(800ms);  // it jumped
+  bench.run(800ms);  // passes the temperature jump filter
   CHECK(bench.commanded().fan);
   bench.inputs.vehicle_on = false;
   bench.run(1s);

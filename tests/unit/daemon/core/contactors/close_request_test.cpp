@@ -1,4 +1,4 @@
-// Who asks for a closed pack: edges of two lines, and when a wish ends.
+// Requests for a closed pack: edges of two inputs, and the end of a request.
 #include "daemon/core/contactors/close_request.hpp"
 
 #include "tests/support/catch.hpp"
@@ -13,7 +13,7 @@ constexpr PduState vehicle{.vehicle_on = true};
 constexpr PduState charger{.charger_connected = true};
 constexpr PduState both{.vehicle_on = true, .charger_connected = true};
 
-/// Lines seen off, so that the next one that comes on is an edge.
+/// Both inputs have been off, so that the next one that switches on is an edge.
 CloseRequest seen_off() {
   CloseRequest request;
   (void)request.follow(both_off, true, start);
@@ -68,15 +68,15 @@ TEST_CASE("a plug is pulled where its line ends and nobody else asks, until some
   CHECK(request.is_unplugged());
   (void)request.follow(vehicle, true, start + 4s);
   CHECK_FALSE(request.is_unplugged());
-  (void)request.follow(both_off, false, start + 5s);  // a key that is turned off
+  (void)request.follow(both_off, false, start + 5s);  // the key is switched off
   CHECK_FALSE(request.is_unplugged());
   (void)request.follow(charger, true, start + 6s);
   (void)request.follow(both, false, start + 7s);
-  (void)request.follow(vehicle, false, start + 8s);  // the vehicle goes on asking
+  (void)request.follow(vehicle, false, start + 8s);  // the vehicle still requests
   CHECK_FALSE(request.is_unplugged());
   (void)request.follow(both_off, false, start + 9s);
   CHECK_FALSE(request.is_unplugged());
-  // A charge that is over, and what flows still has its time to end when the plug is pulled.
+  // A charge has ended; the current still gets its time to end when the plug is pulled.
   (void)request.follow(charger, true, start + 10s);
   request.drop_charger();
   CHECK_FALSE(request.is_unplugged());
@@ -84,7 +84,7 @@ TEST_CASE("a plug is pulled where its line ends and nobody else asks, until some
   CHECK(request.is_unplugged());
   (void)request.follow(charger, true, start + 12s);
   CHECK_FALSE(request.is_unplugged());
-  // The vehicle has asked since the charge was over: its key and the plug go together.
+  // The vehicle has requested since the end of the charge: its key and the plug end together.
   request.drop_charger();
   (void)request.follow(both, true, start + 13s);
   (void)request.follow(both_off, false, start + 14s);

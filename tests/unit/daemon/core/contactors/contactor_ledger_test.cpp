@@ -1,4 +1,4 @@
-// The wear of contactors, counted.
+// Wear counters of the contactors.
 #include "daemon/core/contactors/contactor_ledger.hpp"
 
 #include <algorithm>
@@ -113,7 +113,7 @@ TEST_CASE("what is broken flows when the first main contactor is commanded open,
   CHECK_FALSE(ledger.broken_mA().is_valid());
   const ContactorOutputs closed{.main_positive = true, .main_negative = true};
   (void)ledger.command({.main_negative = true, .precharge = true}, measured_mA(0));
-  (void)ledger.command(closed, measured_mA(500));  // the precharge contactor opens: it breaks nothing of the pack's
+  (void)ledger.command(closed, measured_mA(500));  // the precharge contactor opens: it breaks no pack current
   CHECK_FALSE(ledger.broken_mA().is_valid());
   (void)ledger.command({.main_negative = true}, measured_mA(25'000));
   (void)ledger.command({}, measured_mA(3));
@@ -131,7 +131,7 @@ TEST_CASE("the last opening and the wear agree on the current that was broken", 
   bench.current_mA = 25'000;
   bench.run(1s);
   bench.inputs.vehicle_on = false;
-  // The load goes with the first contactor.
+  // The load current ends with the first contactor.
   bench.each_ms = [&bench] {
     if (!bench.contacts().main_positive || !bench.contacts().main_negative) bench.current_mA = 3;
   };

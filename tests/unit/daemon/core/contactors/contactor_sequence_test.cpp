@@ -1,4 +1,4 @@
-// The contactor sequence, one step at a time: what each condition alone holds up, and each time to the nanosecond.
+// Contactor sequence, one step at a time: the effect of each condition alone, and each time to the nanosecond.
 #include "daemon/core/contactors/contactor_sequence.hpp"
 
 #include <array>
@@ -18,7 +18,7 @@ constexpr ContactorConfig config{.settle = 100ms,
                                  .has_charge_contactor = true};
 constexpr std::array closing{Phase::main_negative, Phase::precharge, Phase::main_positive};
 
-/// Everything as it takes to go on, `since` after the phase began at `start`.
+/// Inputs that let a phase continue, `since` after the phase began at `start`.
 SequenceInputs ready(Duration since) {
   return {.now = start + since,
           .close_wanted = true,
@@ -36,7 +36,7 @@ SequenceInputs ready(Duration since) {
           .link_at = start + since};
 }
 
-/// With main negative alone the link is by itself.
+/// With main negative alone the DC link is isolated.
 SequenceInputs ready_in(Phase phase, Duration since) {
   SequenceInputs in = ready(since);
   if (phase == Phase::main_negative) in.link_mV = 0;
@@ -75,11 +75,11 @@ TEST_CASE("a precharge begins when a sample of main negative alone shows a link 
     return after(Phase::main_negative, in);
   };
   CHECK(next(0, 100ms) == Phase::precharge);
-  CHECK(next(94'999, 100ms) == Phase::precharge);  // a rest of charge
+  CHECK(next(94'999, 100ms) == Phase::precharge);  // residual charge
   CHECK(next(95'000, 100ms) == Phase::main_negative);
   CHECK(next(105'000, 100ms) == Phase::main_negative);
-  CHECK(next(105'001, 100ms) == Phase::precharge);      // charged by another source: the precharge judges it
-  CHECK(next(0, 100ms - 1ns) == Phase::main_negative);  // the contact may not have been there yet
+  CHECK(next(105'001, 100ms) == Phase::precharge);      // charged by another source: checked by the precharge
+  CHECK(next(0, 100ms - 1ns) == Phase::main_negative);  // the contact may not be closed yet
   CHECK(next(0, 100ms, false) == Phase::main_negative);
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("a link that follows with main negative alone, in two samples, shows a
     state = result.state;
     return result.precharge_failure;
   };
-  CHECK(show(0ms, 95'000) == PrechargeFailure::none);  // of the moment before it began
+  CHECK(show(0ms, 95'000) == PrechargeFailure::none);  // sampled before the phase began
   CHECK(state.suspected_at == TimePoint{});
   CHECK(step(state, ready(1ns), config).state.suspected_at == start + 1ns);
   CHECK(show(10ms, 94'999) == PrechargeFailure::none);
@@ -137,7 +137,7 @@ TEST_CASE("a link must have discharged when the pack has been open for as long a
   };
   CHECK_FALSE(must_be_discharged(7s - 1ns));
   CHECK(must_be_discharged(7s));
-  // It stays so for the whole of the closing.
+  // The flag keeps its value for the whole closing.
   for (const bool was : {false, true}) {
     const SequenceState state{.phase = Phase::main_negative, .entered_at = start, .must_be_discharged = was};
     CHECK(step(state, ready_in(Phase::main_negative, 200ms), slow).state.must_be_discharged == was);
@@ -195,7 +195,7 @@ TEST_CASE("a phase that does not get on opens after 3 s, and only the precharge 
   }
   SequenceInputs before_precharge = ready(3s);
   before_precharge.contacts_settled = false;
-  before_precharge.link_mV = 0;  // nobody has charged it yet
+  before_precharge.link_mV = 0;  // not charged yet
   const SequenceStep result = step({Phase::main_negative, start}, before_precharge, config);
   CHECK(result.state.phase == Phase::open);
   CHECK(result.precharge_failure == PrechargeFailure::none);
@@ -225,7 +225,7 @@ TEST_CASE("a precharge is judged by what was measured after its contactor had it
   for (TimePoint SequenceInputs::*const sample :
        {&SequenceInputs::link_at, &SequenceInputs::pack_at, &SequenceInputs::current_at}) {
     SequenceInputs in = ready(200ms);
-    in.link_at = in.pack_at = start + 101ms;  // not the pack's before the link's
+    in.link_at = in.pack_at = start + 101ms;  // the pack sample must not be older than the DC link's
     in.*sample = start + 100ms - 1ns;
     CHECK(after(Phase::precharge, in) == Phase::precharge);
     in.*sample = start + 100ms;
@@ -271,9 +271,9 @@ TEST_CASE("the sum of the cells forbids what it does not agree with, and grants 
   CHECK(after(Phase::precharge, in) == Phase::precharge);
   in.cells_mV = 104'000;
   CHECK(after(Phase::precharge, in) == Phase::main_positive);
-  in.link_mV = 106'000;  // follows the cells alone
+  in.link_mV = 106'000;  // matches the sum of the cells only
   CHECK(after(Phase::precharge, in) == Phase::precharge);
-  // By itself is what follows neither.
+  // The DC link is isolated if it matches neither voltage.
   in = ready(200ms);
   in.link_mV = 95'000;
   in.cells_mV = 106'000;
@@ -300,7 +300,7 @@ TEST_CASE("a pack is closed when link and pack were seen together since main pos
   CHECK(after(Phase::main_positive, in) == Phase::main_positive);
   in.now = start + 3s;
   CHECK(after(Phase::main_positive, in) == Phase::open);
-  // With the pack sample before it alone it is neither lost nor seen.
+  // A DC link that matches the previous pack sample only is neither lost nor confirmed.
   in = ready(200ms);
   in.link_mV = 94'999;
   in.pack_before_mV = 99'000;
@@ -332,13 +332,13 @@ TEST_CASE("a link counts as fallen off only between two pack voltages of the pha
   SequenceInputs lost = ready(10ms);
   lost.link_mV = 94'999;
   REQUIRE(after(Phase::main_positive, lost) == Phase::open);
-  // Measured before the contact was commanded: judged by the precharge.
+  // A sample from before the contactor command is checked by the precharge.
   SequenceInputs in = lost;
   in.link_at = start;
   CHECK(after(Phase::main_positive, in) == Phase::main_positive);
   in.link_at = start + 1ns;
   CHECK(after(Phase::main_positive, in) == Phase::open);
-  // The pack voltage of the link's own instant, or one after it.
+  // The pack voltage must be from the instant of the DC link sample, or later.
   in = lost;
   in.pack_at = in.link_at - same_instant_max - 1ns;
   CHECK(after(Phase::main_positive, in) == Phase::main_positive);
@@ -346,8 +346,8 @@ TEST_CASE("a link counts as fallen off only between two pack voltages of the pha
   CHECK(after(Phase::main_positive, in) == Phase::open);
   in.pack_at = in.link_at + 60ms;
   CHECK(after(Phase::main_positive, in) == Phase::open);
-  // A contact that makes under a charging current lifts the pack, one that makes under a load pulls it down: either
-  // before or after the link was measured.
+  // A contact that closes under a charging current raises the pack voltage, one that closes under load lowers it:
+  // either before or after the DC link sample.
   for (std::int32_t SequenceInputs::*const near : {&SequenceInputs::pack_mV, &SequenceInputs::pack_before_mV}) {
     in = lost;
     in.*near = 99'998;
@@ -359,11 +359,11 @@ TEST_CASE("a link counts as fallen off only between two pack voltages of the pha
     in.link_mV = 105'001;
     CHECK(after(Phase::main_positive, in) == Phase::open);
   }
-  // No pack voltage before: the one there is decides.
+  // Without a previous pack voltage the present one decides.
   in = lost;
   in.pack_before_mV = 0;
   CHECK(after(Phase::main_positive, in) == Phase::open);
-  // The sum of the cells is of another instant.
+  // The sum of the cells is from another instant.
   in = ready(10ms);
   in.link_mV = 95'000;
   in.cells_mV = 200'000;
@@ -449,7 +449,7 @@ TEST_CASE("with a plug that is pulled the current is broken in the same tick", "
     CHECK(opened(-1'000, true).outputs == ContactorOutputs{});
     in.is_current_known = false;
     CHECK(opened(-80'000, true).outputs == ContactorOutputs{});
-    // A closed pack that somebody wants stays so.
+    // A closed pack with a close request stays closed.
     in.is_current_known = true;
     in.close_wanted = true;
     if (phase == Phase::closed) CHECK(opened(-80'000, false).state.phase == Phase::closed);
@@ -464,7 +464,7 @@ TEST_CASE("the current has 200 ms to end, then one contactor breaks it, and 40 m
   CHECK(after(Phase::ramp_down, in) == Phase::ramp_down);
   in.now = start + 200ms;
   CHECK(after(Phase::ramp_down, in) == Phase::breaking);
-  in.close_wanted = true;  // too late: what has begun to open opens
+  in.close_wanted = true;  // too late: an opening that has begun continues
   CHECK(after(Phase::ramp_down, in) == Phase::breaking);
   in.current_mA = 1'000;
   CHECK(after(Phase::ramp_down, in) == Phase::open);
@@ -518,7 +518,8 @@ TEST_CASE("the charge contactor closes behind a settled pack, for a charger that
     Bench spoiled = good;
     spoilers[index](spoiled);
     CHECK_FALSE(spoiled.closes());
-    // Closed already it stays so unless the charger or the permission is gone, or there is no such contactor.
+    // A closed charge contactor stays closed unless the charge request or the permission is gone, or there is no such
+    // contactor.
     spoiled.state.is_charge_closed = true;
     CHECK(spoiled.closes() == (index >= 2 && index <= 4));
   }
@@ -526,7 +527,7 @@ TEST_CASE("the charge contactor closes behind a settled pack, for a charger that
   arriving.state.phase = Phase::main_positive;
   arriving.in.now = start + 1s;
   REQUIRE(step(arriving.state, arriving.in, config).state.phase == Phase::closed);
-  CHECK_FALSE(arriving.closes());  // first the mains have to settle
+  CHECK_FALSE(arriving.closes());  // the main contactors have to settle first
 }
 
 TEST_CASE("while the current ramps down the charge contactor stays as it is, as long as charging is allowed",
@@ -559,14 +560,14 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
   CHECK(failure(400ms - 1ns, 95'000) == PrechargeFailure::too_fast);
   CHECK(failure(400ms, 95'000) == PrechargeFailure::none);
   CHECK(failure(1ns, 95'000) == PrechargeFailure::too_fast);
-  CHECK(failure(0ns, 95'000) == PrechargeFailure::none);  // seen before this precharge
+  CHECK(failure(0ns, 95'000) == PrechargeFailure::none);  // sampled before this precharge
   CHECK(failure(200ms, 94'999) == PrechargeFailure::none);
-  // Half of what it takes was there already, so half of the time is enough.
+  // Half of the voltage was present at the start, so half of the time is enough.
   CHECK(failure(200ms - 1ns, 95'000, 47'500) == PrechargeFailure::too_fast);
   CHECK(failure(200ms, 95'000, 47'500) == PrechargeFailure::none);
   CHECK(failure(1ns, 95'000, 95'000) == PrechargeFailure::none);
   CHECK(failure(1ns, 95'000, 99'000) == PrechargeFailure::none);
-  CHECK(failure(400ms - 1ns, 95'000, -10'000) == PrechargeFailure::too_fast);  // never more than the whole time
+  CHECK(failure(400ms - 1ns, 95'000, -10'000) == PrechargeFailure::too_fast);  // never more than the full time
   CHECK(failure(400ms, 95'000, -10'000) == PrechargeFailure::none);
   const SequenceState begun{.phase = Phase::precharge, .entered_at = start};
   SequenceInputs early = ready(1ms);
@@ -580,8 +581,8 @@ TEST_CASE("a link that follows before the resistor can have charged it fails the
     early.*sample = start + 1ns;
     CHECK(is_too_fast(begun, early, with_min));
   }
-  // A pack voltage of this precharge, but of another instant than the link's, may have moved since, unless it stood
-  // still.
+  // A pack voltage of this precharge that is not from the instant of the DC link sample may have changed since, unless
+  // it was constant.
   early = ready(50ms);
   for (const std::int32_t before_mV : {0, 80'000, 100'000}) {
     early.pack_before_mV = before_mV;
@@ -621,7 +622,7 @@ TEST_CASE("a second sample beyond the precharge current is a short, one alone is
   };
   for (const std::int32_t sign : {1, -1}) {
     state = {.phase = Phase::precharge, .entered_at = start};
-    CHECK(show(0ms, sign * 10'001) == PrechargeFailure::none);  // of the moment before it began
+    CHECK(show(0ms, sign * 10'001) == PrechargeFailure::none);  // sampled before the phase began
     CHECK(state.suspected_at == TimePoint{});
     CHECK(show(10ms, sign * 10'000) == PrechargeFailure::none);
     CHECK(state.suspected_at == TimePoint{});
@@ -636,10 +637,10 @@ TEST_CASE("a second sample beyond the precharge current is a short, one alone is
     CHECK(state.phase == Phase::open);
     CHECK(state.suspected_at == TimePoint{});
   }
-  watched.precharge_overcurrent_mA = 0;  // not watched
+  watched.precharge_overcurrent_mA = 0;  // not monitored
   state = {.phase = Phase::precharge, .entered_at = start, .suspected_at = start + 1ms};
   CHECK(show(10ms, INT32_MIN) == PrechargeFailure::none);
-  watched.precharge_overcurrent_mA = 1;  // watched, and narrowly
+  watched.precharge_overcurrent_mA = 1;  // monitored with a low threshold
   CHECK(show(20ms, 2) == PrechargeFailure::overcurrent);
 }
 

@@ -1,4 +1,5 @@
-// Whether commands get onto the bus and contacts follow them: command_link and contactor_watch, exact at their edges.
+// Transmission of contactor commands and feedback of the contacts: command_link and contactor_watch at their exact
+// limits.
 #include "daemon/core/contactors/command_link.hpp"
 #include "daemon/core/contactors/contactor_watch.hpp"
 #include "tests/support/catch.hpp"
@@ -9,7 +10,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// A link whose first command came back from the bus; the second is due 10 ms after `start`.
+/// Command path with an echoed first command; the second is due 10 ms after `start`.
 CommandLink echoed_link() {
   CommandLink link;
   link.note_sent(1, start);
@@ -33,7 +34,7 @@ Measured<PduState> word(const ContactorOutputs& closed, TimePoint taken_at) {
           .validity = Validity::valid};
 }
 
-/// One contactor commanded at `start`, its contact there 20 ms later.
+/// One contactor commanded at `start`; each test supplies the feedback.
 class WatchBench {
  public:
   explicit WatchBench(std::size_t contactor) : contactor_(contactor) {
@@ -42,7 +43,7 @@ class WatchBench {
     (void)word_at(start - 8s, false);
     watch_.command(only(contactor_), start);
   }
-  /// Does a word that says this disobey? Seen and judged at once.
+  /// Whether a PDU status with this feedback is a mismatch; received and checked at the same instant.
   [[nodiscard]] bool word_at(TimePoint at, bool is_closed) {
     return static_cast<bool>(watch_.disobeys(word(is_closed ? only(contactor_) : ContactorOutputs{}, at), config_, at));
   }
@@ -94,10 +95,10 @@ TEST_CASE("a changed command goes out at once, and the next one with the tick be
 TEST_CASE("two commands wait at most, until 500 ms without an echo", "[unit][command_link]") {
   CommandLink link = echoed_link();
   link.note_sent(2, start + 10ms);
-  CHECK(link.is_due(start + 60ms, false));  // one waits: its echo may be lost here
+  CHECK(link.is_due(start + 60ms, false));  // one is pending: its echo may be lost in this host
   link.note_sent(3, start + 60ms);
   CHECK_FALSE(link.is_due(start + 110ms, false));
-  CHECK(link.is_due(start + 110ms, true));  // what is asked for has changed
+  CHECK(link.is_due(start + 110ms, true));  // the commanded outputs have changed
   CHECK_FALSE(link.is_due(start + 560ms - 1ns, false));
   CHECK(link.is_due(start + 560ms, false));
   link.note_sent(4, start + 560ms);
@@ -153,13 +154,13 @@ TEST_CASE("commands count as being on the bus for 130 ms without an echo", "[uni
   CommandLink link;
   CHECK_FALSE(link.is_on_bus(start));
   link.note_sent(1, start);
-  CHECK_FALSE(link.is_on_bus(start));  // no echo ever
+  CHECK_FALSE(link.is_on_bus(start));  // no echo received yet
   link.note_echo(1);
-  CHECK(link.is_on_bus(start + 1h));  // nothing is on its way
+  CHECK(link.is_on_bus(start + 1h));  // no command is pending
   link.note_sent(2, start + 10ms);
   CHECK(link.is_on_bus(start + 140ms));
   CHECK_FALSE(link.is_on_bus(start + 140ms + 1ns));
-  link.note_sent(3, start + 60ms);  // a newer one does not make the older one younger
+  link.note_sent(3, start + 60ms);  // a newer command does not reduce the age of the older one
   CHECK(link.is_on_bus(start + 140ms));
   CHECK_FALSE(link.is_on_bus(start + 140ms + 1ns));
   link.note_echo(2);
@@ -170,7 +171,7 @@ TEST_CASE("commands count as being on the bus for 130 ms without an echo", "[uni
 
 TEST_CASE("an echo of what was never sent is none of ours", "[unit][command_link]") {
   CommandLink link;
-  link.note_echo(0);  // the counter that a link has before its first command
+  link.note_echo(0);  // counter value before the first command
   CHECK_FALSE(link.is_on_bus(start));
 }
 
@@ -212,7 +213,7 @@ TEST_CASE("a word from before a command, or from its very moment, says nothing a
   bench.watch().command({}, start + 200ms);
   CHECK_FALSE(bench.word_at(start + 199ms, true));
   CHECK_FALSE(bench.word_at(start + 200ms, false));
-  CHECK_FALSE(bench.word_at(start + 300ms, false));  // the first that counts
+  CHECK_FALSE(bench.word_at(start + 300ms, false));  // the first status that counts
   CHECK_FALSE(bench.watch().is_settled());
   CHECK_FALSE(bench.word_at(start + 400ms, false));
   CHECK(bench.watch().is_settled());
@@ -248,7 +249,7 @@ TEST_CASE("a contact that bounces before it has settled is given the rest of its
   WatchBench bench(0);
   CHECK_FALSE(bench.word_at(start + 20ms, true));
   CHECK_FALSE(bench.word_at(start + 119ms, false));
-  CHECK_FALSE(bench.word_at(start + 120ms, true));  // following anew
+  CHECK_FALSE(bench.word_at(start + 120ms, true));  // matching again from here
   CHECK_FALSE(bench.word_at(start + 219ms, true));
   CHECK_FALSE(bench.watch().is_settled());
   CHECK_FALSE(bench.word_at(start + 220ms, true));

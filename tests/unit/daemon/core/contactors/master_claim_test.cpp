@@ -1,4 +1,5 @@
-// Who of several daemons commands a pack: the claim by itself, two claims on one bus in every order, and a core's.
+// Claim that decides which of several daemons commands a pack: alone, two claims on one bus in every order, and in a
+// core.
 #include "daemon/core/contactors/master_claim.hpp"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ constexpr TimePoint start{100s};
 constexpr Duration length = 273ms;
 constexpr std::uint32_t rival_id = internal_bus::contactor_command.base_id;
 
-/// One whose bus came up at `start`.
+/// Claim of a daemon with a bus that came up at `start`.
 MasterClaim listening_since_start() {
   MasterClaim claim;
   claim.begin(length, false);
@@ -35,7 +36,7 @@ MasterClaim proving() {
   return claim;
 }
 
-/// Since `start + length + 1ms`.
+/// Claim that is held since `start + length + 1ms`.
 MasterClaim held() {
   MasterClaim claim = proving();
   claim.note_echo(start + length + 1ms);
@@ -67,7 +68,7 @@ TEST_CASE("nothing may be sent before a start has listened for its time", "[unit
   MasterClaim claim;
   claim.begin(length, false);
   CHECK(claim.stage() == ClaimStage::listening);
-  CHECK_FALSE(claim.is_listening());  // there is no bus to listen to
+  CHECK_FALSE(claim.is_listening());  // no bus is up
   CHECK_FALSE(claim.may_command());
   claim.step(start + 1h);
   CHECK(claim.stage() == ClaimStage::listening);
@@ -99,9 +100,9 @@ TEST_CASE("each other port waits for as long after it came up, and while the int
   CHECK(claim.may_send(Port::vehicle, start + 1s + length));
   claim.note_port(Port::internal, false, start + 2s);
   CHECK_FALSE(claim.may_send(Port::internal, start + 2s));
-  CHECK(claim.may_send(Port::vehicle, start + 2s));  // reports of an open pack go on
+  CHECK(claim.may_send(Port::vehicle, start + 2s));  // reports of an open pack continue
   claim.note_port(Port::vehicle, false, start + 2s);
-  claim.note_port(Port::vehicle, true, start + 2s);  // once is enough
+  claim.note_port(Port::vehicle, true, start + 2s);  // listening once is enough
   CHECK(claim.may_send(Port::vehicle, start + 2s));
   claim.note_port(Port::internal, true, start + 3s);
   CHECK_FALSE(claim.may_send(Port::vehicle, start + 3s));
@@ -136,7 +137,7 @@ TEST_CASE("the effect of a second master's frame in each stage", "[unit][claim][
     CHECK(one.claim.rival_id() == (is_lost ? rival_id : 0));
     CHECK(one.claim.may_command() == !is_lost);
     if (!is_lost) continue;
-    // For good, whatever comes.
+    // The loss is permanent, whatever follows.
     one.claim.note_echo(at);
     one.claim.wake();
     one.claim.note_gap(1h, at);
@@ -181,7 +182,7 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   CHECK(back_at_once.stage() == ClaimStage::held);
   claim.note_port(Port::internal, true, start + 1s + 200ms);
   CHECK(claim.is_listening());
-  claim.note_port(Port::internal, false, start + 1s + 250ms);  // listening is no claim that a short loss could leave
+  claim.note_port(Port::internal, false, start + 1s + 250ms);  // while listening, no claim is kept over a loss
   claim.note_port(Port::internal, true, start + 1s + 251ms);
   CHECK(claim.is_listening());
   claim.note_port(Port::internal, false, start + 2s);
@@ -196,7 +197,7 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   stopped.note_port(Port::vehicle, true, start);
   MasterClaim down = stopped;
   down.note_port(Port::internal, false, start + 1s);
-  down.note_gap(200ms, start + 1s + 150ms);  // both, and no claim survives it
+  down.note_gap(200ms, start + 1s + 150ms);  // both together end the claim
   down.note_port(Port::internal, true, start + 1s + 160ms);
   CHECK(down.is_listening());
   stopped.note_gap(200ms - 1ns, start + 1s);
@@ -212,7 +213,7 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   CHECK_FALSE(stopped.may_send(Port::charger, start + 1h));  // never came up
 
   for (MasterClaim claim_before :
-       {proving(), listening_since_start()}) {  // the discarded frames may have been a master's
+       {proving(), listening_since_start()}) {  // the discarded frames may include a master's
     claim_before.note_gap(131ms, start + 1s);
     CHECK(claim_before.is_listening());
     claim_before.step(start + 1s + length - 1ns);
@@ -220,7 +221,7 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   }
 
   MasterClaim unused = held();
-  unused.note_port(Port::vehicle, false, start + 1s);  // no bus of masters
+  unused.note_port(Port::vehicle, false, start + 1s);  // not a bus of masters
   CHECK(unused.may_command());
 }
 
@@ -234,7 +235,7 @@ TEST_CASE("a claim that is kept sends at once where its ports are up, and listen
   CHECK(claim.stage() == ClaimStage::held);
   CHECK(claim.may_send(Port::internal, start));
   CHECK(claim.may_send(Port::vehicle, start));
-  CHECK(claim.note_rival(rival_id, start, false));  // no loser's frame is on its way
+  CHECK(claim.note_rival(rival_id, start, false));  // no frame of a loser is in transit
   claim.note_port(Port::charger, true, start + 1s);
   CHECK_FALSE(claim.may_send(Port::charger, start + 1s));
   claim.note_port(Port::internal, false, start + 1s);
@@ -293,11 +294,11 @@ TEST_CASE("each stage of a claim has its words", "[unit][claim]") {
   CHECK(to_text(static_cast<ClaimStage>(99)) == "?");
 }
 
-// --- two on one bus -------------------------------------------------------------------------------------------------
+// --- two daemons on one bus -----------------------------------------------------------------------------------------
 
 namespace {
 
-/// Two daemons on a bus that all receive in the same order, each as late as it likes.
+/// Two daemons on one bus; both receive all frames in the same order, each with any delay.
 struct TwoOnABus {
   struct Daemon {
     MasterClaim claim = listening_since_start();
@@ -306,9 +307,9 @@ struct TwoOnABus {
     bool has_fault = false;
   };
   std::array<Daemon, 2> daemons;
-  std::vector<std::size_t> bus;  // whose frame
+  std::vector<std::size_t> bus;  // sender of each frame
 
-  /// A tick after the listening: sends if it may.
+  /// Executes a tick after the listening time: sends if permitted.
   [[nodiscard]] bool decide(std::size_t who) {
     Daemon& daemon = daemons[who];
     if (daemon.frames_left == 0) return false;
@@ -317,7 +318,7 @@ struct TwoOnABus {
     if (daemon.claim.may_command()) bus.push_back(who);
     return true;
   }
-  /// The next frame of the bus reaches it.
+  /// Delivers the next frame of the bus to this daemon.
   [[nodiscard]] bool receive(std::size_t who) {
     Daemon& daemon = daemons[who];
     if (daemon.received == bus.size()) return false;
@@ -331,7 +332,7 @@ struct TwoOnABus {
   }
 };
 
-/// Every course from here to its end.
+/// Visits every order of events from here to its end.
 void follow(const TwoOnABus& now, const std::function<void(const TwoOnABus&)>& at_the_end) {
   bool is_over = true;
   for (const std::size_t who : {0U, 1U}) {
@@ -376,7 +377,7 @@ TEST_CASE("of two that start together exactly one goes on, in whatever order fra
 
 namespace {
 
-/// A POLL to all.
+/// POLL to all modules by a second master.
 CanFrame poll_of_a_stranger() {
   CanFrame frame = make_frame(internal_bus::poll);
   seal(internal_bus::poll, 77, frame);
@@ -388,7 +389,7 @@ bool blocks(const CoreBench& bench, Blocker blocker) {
   return std::find(blockers.begin(), blockers.end(), blocker) != blockers.end();
 }
 
-/// Started just now.
+/// Core that has just started.
 struct Starting : CoreBench {
   explicit Starting(const CoreConfig& config = small_pack(), Duration listens = length)
       : CoreBench(config, {}, 0, ClaimBegins{.length = listens}) {}
@@ -455,7 +456,7 @@ TEST_CASE("a damaged frame under a master's identifier is no master", "[unit][co
 TEST_CASE("of two cores that start together the one that receives first stops, the other's pack stays well",
           "[unit][core][claim][F39]") {
   Starting loser;
-  loser.bus_echoes = false;  // its own frame is still on its way
+  loser.bus_echoes = false;  // its own frame is still in transit
   REQUIRE(loser.run_until([&] { return !loser.sent().empty(); }, 1s));
   loser.deliver(contactor_command_frame({}, 77));
   CHECK(loser.core().claim().loss() == ClaimLoss::before_own_frame);
@@ -471,7 +472,7 @@ TEST_CASE("of two cores that start together the one that receives first stops, t
   winner.run(50ms);
   CHECK_FALSE(winner.is_active(FaultId::foreign_master));
   CHECK(winner.close());
-  winner.deliver(contactor_command_frame({}, 78));  // and another one later is a fault
+  winner.deliver(contactor_command_frame({}, 78));  // a later one is a fault
   winner.run(20ms);
   CHECK(winner.is_active(FaultId::foreign_master));
   CHECK_FALSE(winner.commanded().any_contactor());
@@ -495,7 +496,7 @@ TEST_CASE("a core that was stopped for longer than the unit waits listens before
   REQUIRE(brief.close());
   const std::size_t sent_before = brief.sent().size();
   brief.stall(150ms);
-  brief.run(10ms);  // the unit may still be closed: it is commanded open at once
+  brief.run(10ms);  // the PDU may still be closed: it is commanded open at once
   REQUIRE(brief.sent().size() > sent_before);
   CHECK_FALSE(outputs_of(brief.sent()[sent_before].frame).any_contactor());
 }
@@ -518,7 +519,7 @@ TEST_CASE("a core whose bus was away listens before it sends again", "[unit][cor
   brief.run(50ms);
   const std::size_t sent_before = brief.sent().size();
   brief.observe(PortChanged{Port::internal, true});
-  REQUIRE(brief.sent().size() > sent_before);  // the unit may still be closed: it is commanded open at once
+  REQUIRE(brief.sent().size() > sent_before);  // the PDU may still be closed: it is commanded open at once
   CHECK_FALSE(outputs_of(brief.sent()[sent_before].frame).any_contactor());
 }
 
@@ -561,10 +562,10 @@ TEST_CASE("a resting core gives way to a master that has started meanwhile, and 
   empty_and_rest(looking);
   looking.echo_is_lost = [](const OutgoingFrame&) { return true; };
   REQUIRE(looking.run_until([&] { return looking.core().rest().phase() == RestPhase::looking; }, 61s));
-  looking.deliver(poll_of_a_stranger());  // both began in the same moment, and this one's frame was second
+  looking.deliver(poll_of_a_stranger());  // both started at the same instant, and this one's frame was second
   CHECK(looking.core().claim().loss() == ClaimLoss::before_own_frame);
 
-  CoreBench recorded(config);  // from before there was a claim
+  CoreBench recorded(config);  // as in recordings from before the claim existed
   empty_and_rest(recorded);
   recorded.deliver(poll_of_a_stranger());
   recorded.run(20ms);

@@ -1,4 +1,4 @@
-// What may leave, and the contactor command bit by bit.
+// Frames that the output gate passes, and the contactor command bit by bit.
 #include "daemon/core/contactors/output_gate.hpp"
 
 #include <array>

@@ -1,5 +1,5 @@
-// Whether contactors may close or stay closed, and which current may flow: each reason by itself, each fault against
-// each wish, and the edges of what opens early.
+// Permission to close or stay closed, and the permitted current: each inhibit alone, each fault with each close
+// request, and the exact limits of early opening.
 #include "daemon/core/contactors/permission.hpp"
 
 #include <set>
@@ -16,10 +16,10 @@ constexpr Wish nobody{};
 constexpr Wish vehicle{.by_vehicle = true};
 constexpr Wish charger{.by_charger = true};
 constexpr Wish both{.by_vehicle = true, .by_charger = true};
-/// A pack whose file says nothing about reactions.
+/// Pack without reactions in its file.
 const CoreConfig plain_pack;
 
-/// Everything as a pack that may close has it.
+/// All inputs as in a pack that may close.
 struct Situation {
   PermissionInputs inputs{.now = start,
                           .may_command = true,
@@ -50,22 +50,21 @@ struct Situation {
   }
 };
 
-/// One look at what this row watches, as bad as it can be, so long before the start.
+/// Tests this row once with its worst value, this long before the start.
 void look(FaultMemory& faults, const FaultRow& row, Duration before) {
   const LimitsConfig limits;
   const std::int64_t worst = row.sense == Sense::at_or_above ? INT32_MAX : INT32_MIN;
   FaultChanges changes;
   faults.judge(row, {.is_known = true, .value = worst, .taken_at = start - before}, limits, start - before, changes);
 }
-/// Bad looks until it is believed, at the start.
+/// Tests with bad values until the fault is confirmed, at the start.
 void believe(FaultMemory& faults, const FaultRow& row) {
   look(faults, row, 20s);
   look(faults, row, 10s);
   look(faults, row, 0s);
   REQUIRE(faults.state(row.id).stage == FaultStage::active);
 }
-/// The same with two looks, so that one that takes two samples and 200 ms at most is believed at the start and not
-/// before.
+/// The same with two tests, so that a row with two samples and at most 200 ms is confirmed at the start and not before.
 void believe_at_start(FaultMemory& faults, const FaultRow& row) {
   REQUIRE(row.samples == 2);
   look(faults, row, 200ms);
@@ -73,14 +72,14 @@ void believe_at_start(FaultMemory& faults, const FaultRow& row) {
   REQUIRE(faults.state(row.id).stage == FaultStage::active);
   REQUIRE(faults.state(row.id).confirmed_at == start);
 }
-/// Whether the row takes longer than one look.
+/// Whether the fault is pending after one test.
 bool can_be_suspected(const FaultRow& row) {
   FaultMemory faults;
   look(faults, row, 0s);
   return faults.state(row.id).stage == FaultStage::suspected;
 }
 
-/// The rule of BMS_F.10, written down once more.
+/// The rule of BMS_F.10, implemented a second time.
 bool forbids(Concerns concerns, const Wish& wish) {
   if (concerns == Concerns::all) return true;
   return concerns == Concerns::discharge ? !wish.by_charger : wish.by_charger && !wish.by_vehicle;
@@ -205,7 +204,7 @@ TEST_CASE("every fault: what it forbids follows from its reaction, what it conce
       Situation situation;
       situation.inputs.wish = wish;
       believe(situation.faults, row);
-      situation.inputs.now = start + row.grace;  // over, whatever the current
+      situation.inputs.now = start + row.grace;  // grace has elapsed, whatever the current
       const bool is_named = row.reaction != Reaction::warn && forbids(row.concerns, wish);
       CHECK(situation.blockers() == (is_named ? std::vector{Blocker::fault} : std::vector<Blocker>{}));
       const bool is_bad = row.reaction == Reaction::open_now || row.reaction == Reaction::open_after_grace;
@@ -325,7 +324,7 @@ TEST_CASE("other faults that concern charging leave the pack to the vehicle whil
 TEST_CASE("a present fault opens at once, after its grace, or not at all, as its row says", "[unit][permission]") {
   PackState pack;
   pack.current_mA = {5'000, start, Validity::valid};
-  const FaultRow now_row{.reaction = Reaction::open_now, .grace = 250ms};  // means nothing there
+  const FaultRow now_row{.reaction = Reaction::open_now, .grace = 250ms};  // grace has no effect here
   const FaultRow grace_row{.reaction = Reaction::open_after_grace, .grace = 250ms};
   const FaultRow refuse_row{.reaction = Reaction::refuse_close};
   const FaultRow warn_row{.reaction = Reaction::warn};
@@ -439,14 +438,14 @@ TEST_CASE(
       } else {
         believe(situation.faults, row);
       }
-      CHECK_FALSE(situation.judge().may_stay_closed);  // without a rating nothing waits
+      CHECK_FALSE(situation.judge().may_stay_closed);  // without a rating no opening is delayed
       CHECK_FALSE(demands_zero_current(situation.faults, Concerns::charge, situation.config));
       CHECK_FALSE(demands_zero_current(situation.faults, Concerns::discharge, situation.config));
 
       situation.config.contactors.break_current_max_mA = 75'000;
       const bool is_too_much = current_mA != 75'000 && current_mA != -75'000;
       CHECK(situation.judge().may_stay_closed == (waits && is_too_much));
-      CHECK_FALSE(situation.judge().may_go_on);  // one that is only closing opens
+      CHECK_FALSE(situation.judge().may_go_on);  // a pack that is only closing opens
       CHECK(demands_zero_current(situation.faults, Concerns::charge, situation.config) ==
             (waits && row.concerns != Concerns::discharge));
       CHECK(demands_zero_current(situation.faults, Concerns::discharge, situation.config) ==

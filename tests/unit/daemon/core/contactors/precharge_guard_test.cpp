@@ -1,4 +1,4 @@
-// Tries of a precharge, and the heat in its resistor.
+// Attempts of a precharge, and the heat in its resistor.
 #include "daemon/core/contactors/precharge_guard.hpp"
 
 #include "tests/support/catch.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// 100 Ohm that bear 100 J and give them off in 10 s: at 100 V they take 100 W.
+/// Resistor of 100 Ohm, rated 100 J, that dissipates them in 10 s: at 100 V it takes 100 W.
 constexpr ContactorConfig resistor{
     .precharge_tries = 3, .precharge_cool_down = 10s, .precharge_resistance_Ohm = 100, .precharge_energy_J = 100};
 
@@ -44,7 +44,7 @@ TEST_CASE("a precharge that was too slow has its tries, one that failed otherwis
   CHECK(guard.tries_failed() == 1);
   CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::none);
   CHECK(guard.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
-  CHECK_FALSE(guard.is_retrying());  // it is a fault now, and the next wish begins anew
+  CHECK_FALSE(guard.is_retrying());  // now a fault, and the next request starts with all attempts
   CHECK(guard.tries_failed() == 0);
   CHECK(guard.note_end(PrechargeFailure::too_fast) == PrechargeFailure::too_fast);
   CHECK(guard.note_end(PrechargeFailure::overcurrent) == PrechargeFailure::overcurrent);
@@ -139,7 +139,7 @@ TEST_CASE("a try is judged by the last one that ended, not by itself", "[unit][c
   guarded.run(100ms, true);
   guarded.run(1s, false);
   guarded.run(600ms, true);
-  CHECK(guarded.guard.is_cool());  // 54 J, and the last one took 10
+  CHECK(guarded.guard.is_cool());  // 54 J, and the last attempt took 10
   guarded.tick(false, 0);
   CHECK_FALSE(guarded.guard.is_cool());
   guarded.run(10s, false);
@@ -150,7 +150,7 @@ TEST_CASE("a try is judged by the last one that ended, not by itself", "[unit][c
   guarded.run(2'300ms, false);
   CHECK_FALSE(guarded.guard.is_cool());
   guarded.run(200ms, false);
-  CHECK(guarded.guard.is_cool());  // 33.4 and 65 J; those of the tries before are none of it
+  CHECK(guarded.guard.is_cool());  // 33.4 and 65 J; earlier attempts do not count
 }
 
 TEST_CASE("the first tick has no time behind it, and a resistor that cools at once is cold a moment later",
@@ -165,7 +165,7 @@ TEST_CASE("the first tick has no time behind it, and a resistor that cools at on
   TimePoint now = start;
   for (int tick = 0; tick <= 600; ++tick) {
     guard.update(now, true, true, 100'000, 0);
-    now += 999us;  // less than it cools in
+    now += 999us;  // shorter than its cooling time
   }
   CHECK(guard.heat_mJ() == 59'940);
   guard.update(now + 1us, false, true, 100'000, 0);
@@ -210,8 +210,8 @@ TEST_CASE("heat, the last try and the tries outlive a process, and nothing of th
   CHECK(after.heat_mJ() == 53'900);
   CHECK_FALSE(after.is_cool());
   CHECK_FALSE(after.is_cold());
-  CHECK_FALSE(after.is_retrying());                                                 // nobody's wish waits
-  CHECK(after.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);  // the third
+  CHECK_FALSE(after.is_retrying());                                                 // no request is pending
+  CHECK(after.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);  // third attempt
   SECTION("a try under way is remembered as one that failed and took all") {
     CHECK(before.guard.memory(true) ==
           PrechargeMemory{.heat_uJ = 100'000'000, .last_try_uJ = 100'000'000, .tries_failed = 3});
@@ -222,7 +222,7 @@ TEST_CASE("heat, the last try and the tries outlive a process, and nothing of th
     Guarded hot;
     while (hot.guard.heat_mJ() <= 150'000) hot.tick(true, 100'000);
     CHECK(hot.guard.memory(true).heat_uJ > 150'000'000);
-    after.restore({.tries_failed = 3});  // all of them, and the last one did not come to its end
+    after.restore({.tries_failed = 3});  // all attempts, and the last one was not completed
     CHECK(after.note_end(PrechargeFailure::too_slow) == PrechargeFailure::too_slow);
     before.guard.restore({.tries_failed = 3});
     CHECK(before.guard.memory(true).tries_failed == 3);
@@ -289,7 +289,7 @@ TEST_CASE("a link that falls again under the closed main is tried as often as co
   test::CoreBench bench(pack_with_tries(3));
   bench.main_positive_held_open = true;
   bench.feedback_lies = true;
-  bench.each_ms = [&bench] {  // what is behind the precharge resistor begins to draw
+  bench.each_ms = [&bench] {  // a load behind the precharge resistor starts to draw current
     if (bench.commanded().main_positive) bench.link_voltage_mV = 10'000;
   };
   bench.run(1500ms);
@@ -311,7 +311,7 @@ CoreConfig pack_with_resistor() {
   return config;
 }
 
-/// A daemon that knows what an earlier one had to remember, its key turned as soon as it is ready.
+/// Daemon that restores the state of an earlier session; the key is switched on as soon as it is ready.
 struct NextLife {
   explicit NextLife(const CoreConfig& config, const PersistentState& state) : bench(config, state) {
     bench.link_rise_mV_per_ms = 0;
@@ -337,7 +337,7 @@ TEST_CASE("a daemon that ends again and again in a precharge heats the resistor 
     NextLife now(config, state);
     if (now.bench.run_until([&] { return now.bench.core().sequence().phase == Phase::precharge; }, 3s)) ++tries;
     now.bench.run(100ms);
-    state = now.bench.core().persistent();  // and killed
+    state = now.bench.core().persistent();  // and the process is killed
   }
   CHECK(tries == 1);
   NextLife last(config, state);
@@ -355,7 +355,7 @@ TEST_CASE("a wait after an opening begins anew with the next life, and one that 
           "[unit][core][state]") {
   test::CoreBench bench(test::small_pack());
   REQUIRE(bench.close());
-  CHECK(bench.core().persistent().closing.lockout_ms == 10'000);  // an end of this life would open it for a reason
+  CHECK(bench.core().persistent().closing.lockout_ms == 10'000);  // ending this session now would cause a lockout
   bench.inputs.estop_1_released = false;
   bench.run(9s);
   CHECK(bench.core().persistent().closing.lockout_ms == 10'000);
@@ -364,7 +364,7 @@ TEST_CASE("a wait after an opening begins anew with the next life, and one that 
   CHECK(bench.core().persistent().closing.lockout_ms == 0);
   bench.inputs.estop_1_released = true;
   bench.run(1500ms);
-  bench.give(Command::clear_faults);  // else the stop holds in the next life, too
+  bench.give(Command::clear_faults);  // otherwise the emergency stop stays latched in the next session
   const PersistentState after = bench.core().persistent();
 
   NextLife early(test::small_pack(), within);

@@ -1,4 +1,4 @@
-// What an opening means for the next closing, to the nanosecond.
+// Delay of the next closing after an opening, to the nanosecond.
 #include "daemon/core/contactors/reclosing.hpp"
 
 #include <array>
@@ -65,7 +65,7 @@ TEST_CASE("a key that is played with waits as long as after a fault", "[unit][co
   };
   CHECK(wait(20s) == 10s);
   CHECK(wait(20s + 1ns) == 2s);
-  CHECK(reclose_wait(OpeningCause::request_over, TimePoint{5s}, {}, cool_down) == 2s);  // the first one of all
+  CHECK(reclose_wait(OpeningCause::request_over, TimePoint{5s}, {}, cool_down) == 2s);  // the first opening of all
   CHECK(reclose_wait(OpeningCause::precharge_retry, now, now - 1s, cool_down) == cool_down);
 }
 

@@ -1,4 +1,4 @@
-// The rest after an undervoltage: when it begins, what ends it, and what the pack does meanwhile.
+// Sleep after an undervoltage: its start, its end, and the behaviour of the pack meanwhile.
 #include "daemon/core/contactors/rest_mode.hpp"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ TEST_CASE("rest begins when an empty pack has been open and alone for a while, a
     hinder(in);
     Rested hindered;
     for (int second = 0; second < 30; ++second) CHECK(hindered.at(second * 1s, in) == RestPhase::awake);
-    hindered.at(30s);  // from here on the time counts anew
+    hindered.at(30s);  // the time restarts here
     CHECK(hindered.at(40s - 1ns) == RestPhase::awake);
     CHECK(hindered.at(40s) == RestPhase::resting);
   }
@@ -104,7 +104,7 @@ TEST_CASE("button, charger, vehicle and command wake, and the time to the rest b
   held.at(0s, in);
   held.at(1s, in);
   CHECK(held.at(11s - 1ns, in) == RestPhase::awake);
-  CHECK(held.at(11s, in) == RestPhase::resting);  // somebody leans on the button: it has been heard
+  CHECK(held.at(11s, in) == RestPhase::resting);  // the button is held: its edge has been handled
   held.mode.wake();
   CHECK(held.at(12s, in) == RestPhase::awake);
   CHECK(held.at(13s, in) == RestPhase::awake);
@@ -137,7 +137,7 @@ TEST_CASE("each phase of the rest has its name", "[unit][rest]") {
   CHECK(to_text(static_cast<RestPhase>(99)) == "?");
 }
 
-// --- the pack while it rests ----------------------------------------------------------------------------------------
+// --- the sleeping pack ----------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -147,7 +147,7 @@ CoreConfig pack_that_rests() {
   return config;
 }
 
-/// Opened by an empty cell, the key taken out, and asleep.
+/// Opens the pack by an empty cell, switches the key off and waits until it is asleep.
 void empty_and_rest(CoreBench& bench) {
   REQUIRE(bench.close());
   bench.modules[0].cell_voltage_uV[1] = known(2'800'000);
@@ -168,12 +168,12 @@ TEST_CASE("an empty pack left alone sends its modules to sleep, asks nobody, and
           "[unit][core][rest][BMS_F.9]") {
   CoreBench bench(pack_that_rests());
   empty_and_rest(bench);
-  bench.run(3s);  // they are told to sleep, and asked whether they do
+  bench.run(3s);  // the modules are commanded to sleep, and polled to verify it
   const std::size_t first = bench.sent().size();
   bench.run(56s);
-  CHECK(bench.sent().size() == first);  // neither asked nor commanded nor reported
+  CHECK(bench.sent().size() == first);  // no poll, no command, no report
   CHECK(bench.is_active(FaultId::cell_undervoltage));
-  CHECK_FALSE(bench.is_active(FaultId::module_lost));  // who sleeps is not lost
+  CHECK_FALSE(bench.is_active(FaultId::module_lost));  // a sleeping module is not lost
   REQUIRE(bench.run_until([&] { return bench.core().rest().phase() == RestPhase::looking; }, 5s));
   REQUIRE(bench.run_until([&] { return bench.core().rest().is_resting(); }, 3s));
   CHECK(sent_since(bench, first, internal_bus::poll.base_id) > 0);

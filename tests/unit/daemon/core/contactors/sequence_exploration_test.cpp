@@ -1,5 +1,5 @@
-// The contactor sequence, walked through exhaustively: every phase with every combination of inputs, and every state
-// that can be reached from open. What must never happen is said here a second time, in other words than in the code.
+// Exhaustive test of the contactor sequence: every phase with every combination of inputs, and every state that can be
+// reached from open. Forbidden results are specified here a second time, independently of the code.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace {
 constexpr TimePoint start{10s};
 constexpr std::int32_t pack_mV = 100'000;
 
-/// Times and currents all different, so that none can stand in for another.
+/// All times and currents differ, so that none can stand in for another.
 constexpr ContactorConfig config_with(bool has_charge_contactor) {
   return {.settle = 100ms,
           .precharge_min = 150ms,
@@ -38,7 +38,7 @@ constexpr std::array<std::int32_t, 5> links_mV{0, 50'000, 95'000, 105'000, 105'0
 constexpr std::array<ContactorId, 4> breakers{ContactorId::main_positive, ContactorId::main_negative,
                                               ContactorId::precharge, ContactorId::charge};
 
-/// Counts what was tried; keeps the first thing that should not have happened.
+/// Counts the tested steps and violations; keeps the first violation.
 struct Findings {
   std::uint64_t tried = 0;
   std::uint64_t violations = 0;
@@ -55,9 +55,9 @@ bool newly(bool before, bool after) {
   return after && !before;
 }
 
-// --- what must hold of any single step ------------------------------------------------------------------------------
+// --- conditions of every single step --------------------------------------------------------------------------------
 
-/// The mains close onto a link that this very precharge has charged, and everything else agrees.
+/// Whether the main contactors may close: this precharge has charged the DC link, and all other conditions are met.
 bool has_reason_to_finish(const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config) {
   const std::int32_t apart_mV = in.pack_mV - in.link_mV;
   const bool is_close = 20 * std::abs(apart_mV) <= in.pack_mV;  // 5 %
@@ -71,7 +71,7 @@ bool has_reason_to_finish(const SequenceState& state, const SequenceInputs& in, 
          since < config.precharge_timeout;
 }
 
-/// The link is by itself with main negative alone, seen after that had its time to close.
+/// Whether the DC link is isolated with main negative alone, sampled after that contactor had its time to close.
 bool is_seen_apart(const SequenceState& state, const SequenceInputs& in, const ContactorConfig& config) {
   return in.is_measured && 20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV &&
          in.link_at - state.entered_at >= config.settle && in.pack_at - state.entered_at >= config.settle;
@@ -160,14 +160,14 @@ void check_failure(Findings& found, const SequenceState& state, const SequenceIn
   const bool is_weld = state.phase == Phase::main_negative && state.must_be_discharged && follows && is_second &&
                        in.close_wanted && in.close_permitted;
   found.demand(is_weld_told == is_weld, "a weld told without two samples, or not told", state.phase, to);
-  // Main positive does not make onto a link that has left the pack, seen since it was told to close.
+  // Main positive must not close onto a DC link that differs from the pack, sampled since the close command.
   const bool is_lost = state.phase == Phase::main_positive && in.is_measured && in.link_at > state.entered_at &&
                        20 * std::abs(in.pack_mV - in.link_mV) > in.pack_mV;
   found.demand(!is_lost || to == Phase::open, "main positive goes on without the link", state.phase, to);
   const bool is_loss_told = is_lost && in.close_wanted && in.close_permitted;
   found.demand(state.phase != Phase::main_positive || is_told == is_loss_told, "a lost link told, or not told",
                state.phase, to);
-  // Given up although it was wanted and permitted: that is a failure, and it has a name.
+  // A precharge aborted although requested and permitted is a failure and must be reported.
   const bool gave_up = state.phase == Phase::precharge && to == Phase::open && in.close_wanted && in.close_permitted;
   found.demand(!gave_up || is_told, "a precharge given up in silence", state.phase, to);
 }
@@ -202,12 +202,12 @@ SequenceInputs flags_of(unsigned bits) {
 }
 constexpr unsigned flag_combinations = 1U << 9;
 
-/// Whether the flag is_unplugged, which flags_of leaves out, has a say.
+/// Whether the flag is_unplugged, which flags_of omits, has an effect.
 bool asks_who_is_unplugged(Phase phase) {
   return phase == Phase::closed || phase == Phase::ramp_down;
 }
 
-/// Calls `visit` with every set of flags, times and currents; what is not known is tried with two absurd values.
+/// Calls `visit` with every set of flags, times and currents; unknown values are tested with two absurd values.
 template <class Visit>
 void for_each_input(Visit visit) {
   constexpr std::array<Duration, 4> sampled{-1ns, 0ns, 100ms - 1ns, 100ms};
@@ -232,7 +232,7 @@ void for_each_input(Visit visit) {
   }
 }
 
-/// What means nothing in this phase, and so must not matter, set to something absurd.
+/// Sets members that are unused in this phase, and so must have no effect, to absurd values.
 SequenceState with_leftovers(SequenceState state) {
   if (state.phase != Phase::breaking) state.breaks_first = ContactorId::charge;
   if (state.phase != Phase::precharge) state.link_at_start_mV = 95'000;
@@ -291,7 +291,7 @@ TEST_CASE("a precharge with every combination of samples, suspicions and startin
   constexpr std::array<TimePoint, 3> suspected{TimePoint{}, start + 10ms, start + 100ms};
   const ContactorConfig config = config_with(true);
   Findings found;
-  std::array<std::uint64_t, 4> failures{};  // a weld is told before it
+  std::array<std::uint64_t, 4> failures{};  // a weld is reported before the precharge
   const auto look = [&](const SequenceState& state, const SequenceInputs& in) {
     check_step(found, state, in, config);
     const SequenceStep result = step(state, in, config);
@@ -312,7 +312,7 @@ TEST_CASE("a precharge with every combination of samples, suspicions and startin
       const SequenceState state{Phase::precharge, start, false, {}, link_at_start_mV, suspected_at};
       for (unsigned bits = 0; bits < flag_combinations; ++bits) {
         SequenceInputs in = flags_of(bits);
-        if (in.charge_wanted != in.charge_permitted) continue;  // neither has a say here
+        if (in.charge_wanted != in.charge_permitted) continue;  // neither has an effect here
         for (const Duration since :
              {Duration{}, 100ms - 1ns, Duration{100ms}, Duration{150ms}, 3s - 1ns, Duration{3s}}) {
           in.now = start + since;
@@ -391,7 +391,7 @@ TEST_CASE("a precharge from a charged link may end sooner, in proportion, and ex
   }
 }
 
-// --- every state that can be reached --------------------------------------------------------------------------------
+// --- every reachable state ------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -399,7 +399,7 @@ constexpr Duration tick = 10ms;
 constexpr int age_max = 9;  // in ticks: beyond every time below
 constexpr int no_age = 15;
 
-/// As config_with, but with times of a few ticks, so that all of them can be walked through.
+/// As config_with, but with times of a few ticks, so that all of them can be explored.
 constexpr ContactorConfig short_config(bool has_charge_contactor) {
   ContactorConfig config = config_with(has_charge_contactor);
   config.settle = 2 * tick;
@@ -410,19 +410,19 @@ constexpr ContactorConfig short_config(bool has_charge_contactor) {
   config.link_decay = 5 * tick;
   return config;
 }
-constexpr int unwished_max = 4 + 2 + 1;  // grace, gap and a tick
+constexpr int unwished_max = 4 + 2 + 1;  // grace, break gap and a tick
 
-/// A state, with its times as ages in ticks, and what an onlooker remembers of how it came about.
+/// State with its times as ages in ticks, and the part of its history that the checks need.
 struct Reached {
   Phase phase = Phase::open;
   bool is_charge_closed = false;
   ContactorId breaks_first = ContactorId::main_positive;
   int age = age_max;
   int link_at_start = 0;       // index into explored_links_mV
-  int suspected_age = no_age;  // of the first sample that made a suspicion in this phase
+  int suspected_age = no_age;  // age of the first bad sample in this phase
   bool must_be_discharged = false;
-  bool has_precharged = false;  // this closing has seen its precharge succeed
-  int unwished = 0;             // ticks since the wish ended, while not open
+  bool has_precharged = false;  // the precharge of this closing has succeeded
+  int unwished = 0;             // ticks since the close request ended, while not open
 };
 
 constexpr std::array<std::int32_t, 4> explored_links_mV{0, 50'000, 96'000, 110'000};
@@ -458,7 +458,7 @@ int age_of(TimePoint at) {
   return static_cast<int>(std::min<std::int64_t>((start - at) / tick, age_max));
 }
 
-/// The state one tick later. What means nothing in a phase is forgotten; the first test shows that it does not matter.
+/// State one tick later. Members that are unused in a phase are reset; the first test shows that they have no effect.
 Reached reached_by(const Reached& from, const SequenceInputs& in, const SequenceStep& result) {
   const SequenceState& state = result.state;
   Reached to{.phase = state.phase, .is_charge_closed = state.is_charge_closed};
@@ -475,8 +475,8 @@ Reached reached_by(const Reached& from, const SequenceInputs& in, const Sequence
   return to;
 }
 
-/// Visits every set of inputs at `start`; samples are of now, of two ticks ago, or from before the phase began. A list
-/// of them for each state takes longer than the steps that it is for.
+/// Visits every set of inputs at `start`; samples are from now, two ticks ago, or before the phase began. Building a
+/// list of them for each state takes longer than the steps themselves.
 template <class Visit>
 void for_each_input_of(const SequenceState& state, Visit visit) {
   const TimePoint before = state.entered_at - 1ns;
@@ -508,7 +508,7 @@ void for_each_input_of(const SequenceState& state, Visit visit) {
   }
 }
 
-/// What an onlooker demands of a state that was reached.
+/// Checks the conditions of a reached state.
 void check_reached(Findings& found, const Reached& from, const SequenceInputs& in, const Reached& to,
                    const SequenceStep& result) {
   const auto demand = [&](bool holds, const char* what) { found.demand(holds, what, from.phase, to.phase); };
@@ -519,10 +519,10 @@ void check_reached(Findings& found, const Reached& from, const SequenceInputs& i
   demand(!result.outputs.main_positive || to.has_precharged, "main positive without this closing's precharge");
   demand(to.unwished < unwished_max, "still not open although nobody asks");
   const bool is_told = result.precharge_failure != PrechargeFailure::none;
-  demand(!is_told || to.phase == Phase::open, "told, and went on");  // so that the next closing begins with none told
+  demand(!is_told || to.phase == Phase::open, "told, and went on");  // the next closing starts without a failure
 }
 
-/// Breadth first from open; `look` is told of every step.
+/// Explores breadth first from open; calls `look` for every step.
 template <class Look>
 std::vector<Reached> explore(const ContactorConfig& config, Look look) {
   std::vector<bool> seen(index_count);
@@ -543,7 +543,7 @@ std::vector<Reached> explore(const ContactorConfig& config, Look look) {
   return states;
 }
 
-/// Ticks until nothing moves any more, with everything as it is now for ever.
+/// Ticks until the sequence is open or closed, with permanently constant inputs.
 int ticks_to_rest(SequenceState state, SequenceInputs in, const ContactorConfig& config, int at_most) {
   for (int ticks = 0; ticks <= at_most; ++ticks) {
     if (state.phase == Phase::open || state.phase == Phase::closed) return ticks;
@@ -585,7 +585,7 @@ TEST_CASE("every state that can be reached from open keeps the rules, whatever t
 
 TEST_CASE("with inputs that stay as they are every reachable state comes to open or closed within the times",
           "[unit][contactors][exhaustive]") {
-  constexpr int at_most = 3 * 8 + 4 + 2 + 1;  // three phases of closing, or grace and gap
+  constexpr int at_most = 3 * 8 + 4 + 2 + 1;  // three phases of closing, then grace, break gap and a tick
   const ContactorConfig config = short_config(true);
   const std::vector<Reached> states = explore(config, [](const auto&...) {});
   Findings found;
@@ -595,7 +595,7 @@ TEST_CASE("with inputs that stay as they are every reachable state comes to open
     for_each_input_of(state, [&](const SequenceInputs& in) {
       ++found.tried;
       longest = std::max(longest, ticks_to_rest(state, in, config, at_most));
-      // Closed stays closed for as long as it is wished and allowed, and open stays open when it is not.
+      // Closed stays closed as long as it is requested and permitted, and open stays open otherwise.
       const bool is_asked = in.close_wanted && in.close_permitted;
       const Phase next = step(state, in, config).state.phase;
       if (at.phase == Phase::closed) found.demand((next == Phase::closed) == is_asked, "left", at.phase, next);

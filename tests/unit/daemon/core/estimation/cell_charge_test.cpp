@@ -1,4 +1,4 @@
-// The book of charge: what may be written into it, and how it is kept.
+// Charge tracking of the cells: which values are entered, and how they are kept.
 #include "daemon/core/estimation/cell_charge.hpp"
 
 #include <array>
@@ -28,7 +28,7 @@ CoreConfig flat_pack() {
   config.soc = {.rest_current_mA = 200, .rest = 30s};
   config.balancing.method = BalancingMethod::charge;
   config.balancing.is_enabled = true;
-  config.balancing.capacity_tolerance_permille = 0;  // one cell like the other, unless a test says otherwise
+  config.balancing.capacity_tolerance_permille = 0;  // all cells alike, unless a test sets another value
   return config;
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("what is missing is learned from a rest where the curve is steep", "[u
   CHECK(missing_share(bench, 3) == Approx(0.85).epsilon(0.001));
   CHECK(missing_share(bench, 5) == Approx(0.05).epsilon(0.01));
   CHECK(bench.book().cell(3).capacity_uAs == 10 * uAs_per_Ah);
-  // 1 mV of 2.45 mV a permille, and of 1.5.
+  // 1 mV at 2.45 mV a permille, and at 1.5.
   CHECK(static_cast<double>(bench.book().cell(0).uncertainty_uAs) == Approx(capacity_uAs * 0.001 / 2.45).epsilon(0.01));
   CHECK(static_cast<double>(bench.book().cell(5).uncertainty_uAs) == Approx(capacity_uAs * 0.001 / 1.5).epsilon(0.01));
 }
@@ -73,7 +73,7 @@ TEST_CASE("hysteresis makes a voltage say less", "[unit][estimators][BMS_F.4]") 
   bench.is_open = true;
   bench.soc.assign(8, 0.1);
   bench.run(200s);
-  // 1 mV, and 4 mV with the fifth by which cells differ.
+  // 1 mV, and 4 mV plus the fifth by which cells differ.
   CHECK(static_cast<double>(bench.book().cell(0).uncertainty_uAs) ==
         Approx(capacity_uAs * 0.0058 / 2.45).epsilon(0.01));
   config.cell.hysteresis_V = 0.060;  // 61 mV: 25 permille either way
@@ -114,7 +114,7 @@ TEST_CASE("charge that flows and charge that is bled keep the book", "[unit][est
   bench.run(130s);
   bench.is_open = false;
   bench.current_A = -5.0;
-  bench.run(1h);  // to the flat stretch
+  bench.run(1h);  // to the flat section
   CHECK(missing_share(bench, 0) == Approx(0.40).epsilon(0.001));
   CHECK(bench.soc[0] == Approx(0.60).epsilon(0.001));
   bench.current_A = 0.0;
@@ -122,7 +122,7 @@ TEST_CASE("charge that flows and charge that is bled keep the book", "[unit][est
   bench.run(30min);
   REQUIRE(bench.bled_uAs[2] > 0.0);
   CHECK(missing_share(bench, 2) == Approx(1.0 - bench.soc[2]).epsilon(0.001));
-  // A twentieth of what was bled is not sure.
+  // A twentieth of the bled charge is uncertain.
   const std::int64_t learned_uAs = bench.book().cell(0).uncertainty_uAs;
   CHECK(static_cast<double>(bench.book().cell(2).uncertainty_uAs - learned_uAs) ==
         Approx(bench.bled_uAs[2] / 20.0).epsilon(0.02));
@@ -140,11 +140,11 @@ TEST_CASE("what a cell may lose by itself makes the book unsure, and a better re
   const std::int64_t learned_uAs = bench.book().cell(0).uncertainty_uAs;
   bench.is_open = false;
   bench.run(24h);
-  // It has lost between nothing and a thousandth: half of that, give or take as much.
+  // The cell has lost between zero and 1 permille: half of that, with the same uncertainty.
   CHECK(static_cast<double>(bench.book().cell(0).uncertainty_uAs - learned_uAs) ==
         Approx(capacity_uAs * 0.0005).epsilon(0.01));
   CHECK(missing_share(bench, 0) == Approx(0.9005).epsilon(0.0001));
-  bench.soc[0] = 0.095;  // it has, a little more than others
+  bench.soc[0] = 0.095;  // it has, a little more than the others
   bench.is_open = true;
   bench.run(130s);
   CHECK(static_cast<double>(bench.book().cell(0).uncertainty_uAs) ==
@@ -178,7 +178,7 @@ TEST_CASE("a rest that says it worse changes nothing, one that contradicts what 
 
 namespace {
 
-/// A pack whose cells may have a tenth more or less than their file says.
+/// Pack with cells of up to a tenth more or less capacity than in their file.
 CoreConfig unlike_pack() {
   CoreConfig config = flat_pack();
   config.balancing.capacity_tolerance_permille = 100;
@@ -192,7 +192,7 @@ void rest(BalancingBench& bench) {
   bench.is_open = false;
 }
 
-/// Charge into the pack.
+/// Charges the pack with this charge within an hour.
 void put(BalancingBench& bench, double Ah) {
   bench.current_A = -Ah;
   bench.run(1h);
@@ -247,7 +247,7 @@ TEST_CASE("two rests far apart show each cell's capacity, whatever the sensor's 
       CHECK(is_within(bench, cell, 0));
       CHECK(is_within(bench, cell, 7));
     }
-    // Empty again, each by its own capacity: what is missing is as sure as that.
+    // Discharged again, each cell by its own capacity: the missing charge is as certain as that capacity.
     put(bench, -8.5);
     rest(bench);
     for (std::size_t cell = 0; cell < 8; ++cell) {
@@ -267,7 +267,7 @@ TEST_CASE("of two lines learned at different times the older is unsure of what t
   bench.soc[0] = 0.10;
   rest(bench);
   const std::int64_t learned_uAs = bench.book().cell(0).uncertainty_uAs;
-  put(bench, 7.8);  // cell 1 stands at 0.88: not to be learned; the others at 0.93
+  put(bench, 7.8);  // cell 1 is at 0.88: not learned; the others at 0.93
   bench.soc[1] = 0.88;
   rest(bench);
   const CellCharge older = bench.book().cell(0);
@@ -299,18 +299,18 @@ TEST_CASE("a pack that was driven one way knows where hysteresis has pulled its 
   bench.blockers = 1;
   bench.soc.assign(8, 0.5);
   bench.soc[3] = 0.52;
-  // As different as cells may be: in where they stand before, and in how far each is pulled.
+  // Cells as different as permitted: in their initial hysteresis, and in its magnitude.
   for (std::size_t cell = 0; cell < 8; ++cell) {
     bench.hysteresis[cell] = cell % 2 == 0 ? 1.0 : -1.0;
     bench.hysteresis_V[cell] = cell % 3 == 0 ? 0.012 : 0.008;
   }
   bench.current_A = 4.0;
-  bench.run(1h);  // 0.4 of the capacity, eight times what it takes
+  bench.run(1h);  // 0.4 of the capacity, eight times the charge that hysteresis requires
   bench.current_A = 0.0;
   bench.is_open = true;
   bench.run(200s);
   REQUIRE(bench.book().known_cells() == 8);
-  // 1 mV and a fifth of 10 mV, of 2.45 mV a permille. Without knowing the way: 1 mV and 12.
+  // 1 mV and a fifth of 10 mV, at 2.45 mV a permille. With unknown direction: 1 mV and 12.
   for (std::size_t cell = 0; cell < 8; ++cell) {
     const CellCharge charge = bench.book().cell(cell);
     CAPTURE(cell, bench.soc[cell], missing_share(bench, cell));
@@ -333,7 +333,7 @@ TEST_CASE("a current that nobody has seen may have turned the hysteresis round",
   };
   check(-12.0, 12.0);
   constexpr std::int64_t q0_uAs = uAs_per_Ah / 2;
-  range.flow(q0_uAs, q0_uAs);  // 1/e of the way is left
+  range.flow(q0_uAs, q0_uAs);  // 1/e of the way remains
   check(-12.0, -10.0 + 20.0 * std::exp(-1.0) + 2.0);
   for (int more = 0; more < 20; ++more) range.flow(q0_uAs, q0_uAs);
   check(-12.0, -8.0);
@@ -355,7 +355,7 @@ TEST_CASE("a current that nobody has seen may have turned the hysteresis round",
 
 namespace {
 
-/// Learned at a tenth, charged to the middle of the flat stretch, closed; one cell has 2 % more.
+/// Bench with charges learned at a tenth, charged to the middle of the flat section, closed; one cell has 2 % more.
 BalancingBench on_the_flat(const CoreConfig& config) {
   BalancingBench bench(config);
   bench.blockers = 1;
@@ -400,11 +400,11 @@ TEST_CASE("the book outlives the daemon: differences between cells stay known, l
   REQUIRE(bench.book().former() == FormerBook::in_use);
   CHECK(bench.book().known_cells() == 8);
   CHECK(difference_uAs(bench, 0, 2) == apart_uAs);
-  // Ten days at 30 permille a month, and what may have been bled between record and end: half of each.
+  // Ten days at 30 permille a month, and the charge that may have been bled between record and end: half of each.
   const double bled_uAs = 3.65 / bench.config.balancing.bleed_resistance_Ohm * 600.0 * 1e6;
   CHECK(static_cast<double>(bench.book().cell(2).uncertainty_uAs - sure_uAs) ==
         Approx(capacity_uAs * 0.005 + bled_uAs / 2.0).epsilon(0.05));
-  // And it balances: the one cell above the others, on the flat stretch, without any rest.
+  // Balancing works: it bleeds the one cell above the others, on the flat section, without any rest.
   bench.blockers = 0;
   bench.run(20min);
   CHECK(bench.bled_uAs[2] > 0.0);
@@ -431,7 +431,7 @@ TEST_CASE("a book of a former life is believed only when clock and modules say t
     bench.unix_time_ms = right_ms;
     bench.run(2s);
     CHECK(bench.book().known_cells() == 8);
-    // Set back later, it does not make the book younger.
+    // A clock that is set back later does not reduce the uncertainty.
     const std::int64_t before_uAs = bench.book().cell(0).uncertainty_uAs;
     bench.unix_time_ms = kept.unix_time_ms;
     bench.run(10s);
@@ -474,7 +474,7 @@ TEST_CASE("a book that the voltages contradict is thrown away, at the latest by 
   const CellChargeRecords kept = bench.record();
   SECTION("at once, when it is far off") {
     bench.restart(kept, 1h);
-    bench.soc[5] = 0.02;  // somebody has emptied it: half a volt
+    bench.soc[5] = 0.02;  // emptied externally: half a volt
     bench.run(2s);
     CHECK(bench.book().former() == FormerBook::refused);
     CHECK(bench.book().known_cells() == 0);
@@ -487,7 +487,7 @@ TEST_CASE("a book that the voltages contradict is thrown away, at the latest by 
     bench.is_open = true;
     bench.run(200s);
     CHECK(bench.book().former() == FormerBook::refused);
-    CHECK(bench.book().known_cells() <= 1);  // but for what can be learned
+    CHECK(bench.book().known_cells() <= 1);  // except for cells that can be learned
   }
   SECTION("not by a rest that it explains") {
     bench.restart(kept, 1h);
@@ -503,7 +503,7 @@ TEST_CASE("a rest near empty shows what has flowed unseen, and a former life's b
   BalancingBench bench = on_the_flat(leaking_pack());
   const CellChargeRecords kept = bench.record();
   bench.restart(kept, 1h);
-  for (double& soc : bench.soc) soc -= 0.45;  // driven, and not recorded
+  for (double& soc : bench.soc) soc -= 0.45;  // discharged, and not recorded
   bench.run(2s);
   bench.is_open = true;
   bench.run(200s);

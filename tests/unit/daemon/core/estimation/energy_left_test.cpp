@@ -1,4 +1,4 @@
-// State of energy: against the integral by hand, what a load and the cold leave of it, and what it is unsure of.
+// State of energy: compared with the integral by hand, reduced by load and cold, and its uncertainty.
 #include "daemon/core/estimation/energy_left.hpp"
 
 #include <cmath>
@@ -10,7 +10,7 @@ using namespace bmu;
 
 namespace {
 
-/// 10 Ah, 3.2 V to 4.1 V evenly; 6 milliohm once its pairs have settled; no charge transfer and no hysteresis.
+/// 10 Ah, 3.2 V to 4.1 V linearly; 6 milliohm with settled RC elements; no charge transfer and no hysteresis.
 CellDynamics plain_cell() {
   CellDynamics cell = test::sloped_cell();
   for (CellDynamics::Row& row : cell.rows) {
@@ -21,7 +21,7 @@ CellDynamics plain_cell() {
   return cell;
 }
 
-/// 20 cells, half full, all alike; nothing is unsure.
+/// 20 equal cells, half full, without any uncertainty.
 EnergyLeftInput half_full() {
   return {.cell_count = 20,
           .soc_mean = 0.5,
@@ -34,7 +34,7 @@ EnergyLeftInput half_full() {
 
 constexpr double cells_Ah = 20.0 * 10.0;
 
-/// The mean of a straight line between two states of charge, without load.
+/// Mean voltage of a straight line between two states of charge, without load.
 double mean_V(double low, double high) {
   return 3.2 + 0.9 * (low + high) / 2.0;
 }
@@ -48,7 +48,7 @@ TEST_CASE("the energy left is the integral of the voltage over the charge that i
   CHECK(rest.energy_Wh == Approx(cells_Ah * 0.5 * mean_V(0.0, 0.5)));
   CHECK(rest.load_A == 0.0);
   CHECK(rest.sigma_Wh == Approx(0.0).margin(1e-9));
-  input.load_A = 10.0;  // 60 mV of each cell all the way
+  input.load_A = 10.0;  // 60 mV of each cell throughout
   const EnergyLeft loaded = energy_left(plain_cell(), input);
   CHECK(loaded.energy_Wh == Approx(cells_Ah * 0.5 * (mean_V(0.0, 0.5) - 0.06)));
   CHECK(loaded.load_A == 10.0);
@@ -61,7 +61,7 @@ TEST_CASE("the energy ends where the load opens the pack, and not where the char
   input.load_A = 10.0;
   input.voltage_min_V = 3.23;  // 3.2 V + 0.9 V * z - 60 mV: at a tenth of the charge
   CHECK(energy_left(plain_cell(), input).energy_Wh == Approx(cells_Ah * 0.4 * (mean_V(0.1, 0.5) - 0.06)));
-  input.voltage_min_V = 3.6;  // above what the load leaves now
+  input.voltage_min_V = 3.6;  // above the present voltage under load
   const EnergyLeft nothing = energy_left(plain_cell(), input);
   CHECK(nothing.is_known);
   CHECK(nothing.energy_Wh == 0.0);
@@ -72,12 +72,12 @@ TEST_CASE("the emptiest cell ends it for all, by its charge, its capacity and it
   EnergyLeftInput input = half_full();
   input.emptiest.soc = 0.2;
   CHECK(energy_left(plain_cell(), input).energy_Wh == Approx(cells_Ah * 0.2 * mean_V(0.3, 0.5)));
-  input.emptiest_capacity_As = 18'000.0;  // a fifth of half as much
+  input.emptiest_capacity_As = 18'000.0;  // a fifth of half the capacity
   CHECK(energy_left(plain_cell(), input).energy_Wh == Approx(cells_Ah * 0.1 * mean_V(0.4, 0.5)));
   input = half_full();
   input.load_A = 10.0;
-  input.emptiest_share = 1.0;  // 120 mV of this one
-  input.voltage_min_V = 3.26;  // at 0.2 of its charge
+  input.emptiest_share = 1.0;  // 120 mV for this cell
+  input.voltage_min_V = 3.26;  // at 0.2 of its SOC
   CHECK(energy_left(plain_cell(), input).energy_Wh == Approx(cells_Ah * 0.3 * (mean_V(0.2, 0.5) - 0.06)));
   input.resistance_share_mean = 0.5;
   CHECK(energy_left(plain_cell(), input).energy_Wh == Approx(cells_Ah * 0.3 * (mean_V(0.2, 0.5) - 0.09)));
@@ -101,7 +101,7 @@ TEST_CASE("the uncertainty of the energy has the charge's, the model's and the r
   CellDynamics cell = plain_cell();
   EnergyLeftInput input = half_full();
   input.emptiest.sigma = 0.1;
-  // From 0.6 and from 0.4 down to nothing: half the difference.
+  // From 0.6 and from 0.4 down to zero: half the difference.
   const double by_soc_Wh = cells_Ah * (0.6 * mean_V(0.0, 0.6) - 0.4 * mean_V(0.0, 0.4)) / 2.0;
   CHECK(energy_left(cell, input).sigma_Wh == Approx(by_soc_Wh));
   for (CellDynamics::Row& row : cell.rows) row.slow_error_V = 0.05;

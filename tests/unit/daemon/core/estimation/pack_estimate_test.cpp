@@ -1,5 +1,5 @@
-// The states of charge of a whole pack, out of what the bus tells: how they begin, what is told of them, what outlives
-// a process, and what is said when something is not as the pack file has it.
+// States of charge of a whole pack from the data on the bus: their start, the published value, the state kept over
+// restarts, and the reports when something differs from the pack file.
 #include "daemon/core/estimation/pack_estimate.hpp"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ CoreConfig sloped_pack() {
   return config;
 }
 
-/// Drives in turns of ten seconds at one hour's rate and at rest.
+/// Alternates between ten seconds at 1C and ten seconds at rest.
 void drive(LivingPack& pack, int turns) {
   for (int turn = 0; turn < turns; ++turn) {
     pack.current_A = turn % 2 == 0 ? 10.0 : 0.0;
@@ -93,8 +93,7 @@ TEST_CASE("in a drive every cell is followed, and what is told never steps", "[u
     for (int step = 0; step < 100; ++step) {
       pack.run(100ms);
       const double told = pack.estimate().told_soc();
-      // A tenth of a second of one hour's rate over some nine tenths of the capacity, and 2 % a second while it is
-      // young.
+      // A tenth of a second at 1C over about nine tenths of the capacity, and 2 % a second in the start phase.
       REQUIRE(std::abs(told - before) <= 10.0 * 0.12 / 36'000.0 / 0.8 + 0.02 * 0.12);
       before = told;
     }
@@ -188,7 +187,7 @@ TEST_CASE("a life that was killed leaves its record's one percent in doubt, one 
   const auto sigma_after = [&](const PersistentState& state) {
     LivingPack pack(config, state.soc.told_ppm / 1e6, {}, state);
     REQUIRE(pack.bench().run_until([&] { return pack.core().soc_permille().has_value(); }, 5s));
-    CHECK_FALSE(pack.core().persistent().soc.is_last);  // from now on something may flow
+    CHECK_FALSE(pack.core().persistent().soc.is_last);  // from now on a current may flow
     return pack.estimate().cell(0).filter().model_sigma();
   };
   CHECK(sigma_after(ended) == Approx(0.005).epsilon(0.2));
@@ -327,7 +326,7 @@ TEST_CASE("other cells in a module begin anew, and the pack is not known meanwhi
 }
 
 TEST_CASE("a cell of another chemistry is named", "[unit][estimators]") {
-  // Cells of a flat curve in a pack whose file has a steep one.
+  // Pack file with a flat curve, shifted by -0.5 V, for cells at 4 V.
   CoreConfig config = sloped_pack();
   LivingPack truth(config, 0.5);
   CoreConfig wrong = config;

@@ -1,5 +1,4 @@
-// How a whole pack has aged: what it learns of its cells while it is used, what the vehicle is told of it, and what
-// outlives a process.
+// Ageing of a whole pack: estimates learned in use, values reported to the vehicle, and state kept over restarts.
 #include "daemon/core/estimation/pack_health.hpp"
 
 #include <cmath>
@@ -34,7 +33,7 @@ CoreConfig sloped_pack() {
   return config;
 }
 
-/// All have lost a tenth of their capacity, one a fifth; and one has 40 % more resistance.
+/// All cells have lost a tenth of their capacity, one a fifth; and one has 40 % more resistance.
 std::vector<SimulatedCellOptions> worn(double soc) {
   std::vector<SimulatedCellOptions> cells(8, {.soc = soc, .capacity_share = -0.1});
   cells[weak_cell].capacity_share = -0.2;
@@ -49,7 +48,7 @@ void rest(LivingPack& pack, Duration duration = 720s) {
   REQUIRE(pack.core().sequence().phase == Phase::open);
 }
 
-/// In turns of fifteen seconds, 10 A on average.
+/// Drives in cycles of fifteen seconds, 10 A on average.
 void drive(LivingPack& pack, int turns) {
   REQUIRE(pack.bench().close());
   for (int turn = 0; turn < turns; ++turn) {
@@ -125,7 +124,7 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
   CHECK(read<vehicle_bus::pack_resistance, "cell_resistance_min_uOhm">(resistances).value ==
         Approx(now.cell_resistance_min_Ohm * 1e6).margin(60.0));
   CHECK(read<vehicle_bus::pack_resistance, "cell_resistance_max_cell">(resistances) == known(worn_cell + 1));
-  // What is asked over the socket is the same.
+  // The status socket reports the same values.
   const Json json = health_json({.core = pack.core(), .now = pack.bench().now()});
   CHECK(json.at("by_capacity_permille") == now.by_capacity.permille);
   CHECK(json.at("weakest_cell").at("pack_number") == weak_cell + 1);
@@ -141,10 +140,10 @@ TEST_CASE("a pack that is driven from rest to rest learns how its cells have age
         std::llround(pack.estimate().cell_resistance(weak_cell).resistance_Ohm * 1e6));
   CHECK(module.at("capacity_pairs").at(1) == 1);
   CHECK(module.at("health_by_capacity_permille").size() == 4);
-  // What the pack can give counts with what its cells hold.
+  // The pack capacity follows from the learned cell capacities.
   CHECK(pack.estimate().pack().capacity_As() < 0.87 * config.dynamics->capacity_As);
 
-  // And the next life knows it.
+  // The next session restores it.
   pack.bench().give(Command::shut_down);
   pack.run(1s);
   const PersistentState kept = pack.core().persistent();
@@ -178,11 +177,11 @@ TEST_CASE("what flowed adds up over lives, if somebody keeps it", "[unit][totals
   pack.run(1s);
   CHECK(read<vehicle_bus::pack_energy, "energy_out_mWh">(last_sent(pack, 0x625)).value ==
         Approx(pack.core().totals()->energy_out_mWh).margin(1'500));
-  // Recorded on the way, not only at the end.
+  // Recorded periodically, not only at the end.
   CHECK(pack.core().persistent().totals.charge_out_uAs > 6 * uAs_per_Ah);
   pack.bench().give(Command::shut_down);
   pack.run(1s);
-  // But for what flowed while it opened.
+  // Except for the charge that flowed during opening.
   const std::int64_t kept_uAs = pack.core().persistent().totals.charge_out_uAs;
   CHECK(Ah_from_uAs(pack.core().totals()->charge_out_uAs - kept_uAs) < 0.01);
 }
@@ -223,7 +222,7 @@ TEST_CASE("the energy left is what the pack delivers until it opens, if the load
   REQUIRE(before.is_known);
   CHECK(before.load_A == Approx(10.0).epsilon(0.02));
   CHECK(before.sigma_Wh > 0.0);
-  // The history has it, too.
+  // The history contains the same value.
   MinuteAverager averager(pack.core(), 60s);
   static_cast<void>(averager.update(pack.bench().now()));
   pack.run(1s);
@@ -311,6 +310,6 @@ TEST_CASE("a charge is paused where the pack file says, and the limit names it",
         "Charge limit 0.000 A: paused to measure resistances; soc/resistance_pause_permille: at 56.0 % the charger is "
         "paused for 4.0 s, to see what the step shows.");
   }
-  CHECK(was_paused == is_at_charger);  // a vehicle that brakes for minutes is no charger
+  CHECK(was_paused == is_at_charger);  // regenerative braking for minutes is not a charger
   CHECK(pack.core().limits().charge.limit_mA > 0);
 }

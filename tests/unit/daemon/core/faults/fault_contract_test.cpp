@@ -1,4 +1,4 @@
-// What every fault row promises, tried on every row: the rows inherit these tests, a new one brings none of its own.
+// Contract of every fault row, tested on every row: rows inherit these tests, a new one needs no tests of its own.
 #include <algorithm>
 
 #include "daemon/core/faults/fault_memory.hpp"
@@ -9,12 +9,12 @@ using namespace bmu;
 
 namespace {
 
-/// A memory fed with made-up readings of one row.
+/// Fault memory fed with constructed readings of one row.
 class RowBench {
  public:
   RowBench(FaultId id, const CoreConfig& config) : row_(row_of(id)), config_(config) {}
 
-  /// Value in the row's unit; a fresh sample each call unless said otherwise.
+  /// Feeds a value in the row's unit; each call is a new sample unless `new_sample` is false.
   void feed(std::int64_t value, bool new_sample = true) {
     if (new_sample) taken_at_ = now_;
     judge({.is_known = true, .value = value, .element = {.module_node = 1, .number = 2}, .taken_at = taken_at_});
@@ -37,7 +37,7 @@ class RowBench {
   TimePoint taken_at_{100s};
 };
 
-/// A pack whose file asks for everything that can be watched.
+/// Pack with a configured threshold for everything that can be monitored.
 CoreConfig watchful_pack() {
   CoreConfig config = test::small_pack();
   LimitsConfig& limits = config.limits;
@@ -55,7 +55,7 @@ CoreConfig watchful_pack() {
 struct LimitCase {
   const FaultRow& row;
   LimitConfig limit;
-  std::int64_t inwards;  // one count towards good
+  std::int64_t inwards;  // one count towards passing
 };
 
 const LimitConfig& limit_of(const FaultRow& row, const LimitsConfig& limits) {
@@ -71,7 +71,7 @@ std::vector<LimitCase> all_limits(const CoreConfig& config) {
   return cases;
 }
 
-/// Those that take time and more than one sample to be believed; a mere warning may take neither.
+/// Rows that need time and more than one sample to be confirmed; a mere warning may need neither.
 std::vector<LimitCase> limit_cases(const CoreConfig& config) {
   std::vector<LimitCase> cases;
   for (const LimitCase& one : all_limits(config)) {
@@ -80,7 +80,7 @@ std::vector<LimitCase> limit_cases(const CoreConfig& config) {
   return cases;
 }
 
-/// Beyond the limit with a new sample every 50 ms until the confirm time has passed.
+/// Feeds this value with a new sample every 50 ms until the confirm time has elapsed.
 void confirm(RowBench& bench, const LimitCase& one, std::int64_t value) {
   bench.feed(value);
   for (Duration passed{}; passed < one.limit.confirm; passed += 50ms) {
@@ -150,17 +150,17 @@ TEST_CASE("every limit: a suspicion that ends before its time leaves no fault", 
       bench.feed(one.limit.open);
       bench.pass(one.limit.confirm / 2);
       bench.feed(one.limit.open + one.inwards);
-      CHECK(bench.state().stage == FaultStage::suspected);  // not forgotten at once
+      CHECK(bench.state().stage == FaultStage::suspected);  // not reset at once
       bench.pass(one.limit.confirm - 1ns);
       bench.feed(one.limit.open + one.inwards);
       CHECK(bench.state().stage == FaultStage::suspected);
       bench.pass(2ns);
       bench.feed(one.limit.open + one.inwards);
-      CHECK(bench.state().stage == FaultStage::good);  // twice as long as it was beyond
+      CHECK(bench.state().stage == FaultStage::good);  // after twice the time beyond the limit
       bench.feed(one.limit.open);
       bench.pass(one.limit.confirm / 2);
       bench.feed(one.limit.open);
-      CHECK(bench.state().stage == FaultStage::suspected);  // the clock has started anew
+      CHECK(bench.state().stage == FaultStage::suspected);  // the debounce time has restarted
     }
   }
 }
@@ -173,7 +173,7 @@ TEST_CASE("every limit: what keeps coming back is believed, what comes now and t
       const Duration tick = one.limit.confirm / 20;
       const auto confirms = [&](int good_samples, std::int64_t good) {
         RowBench bench(one.row.id, config);
-        const auto show = [&](std::int64_t value) {  // one sample stands for half the confirm time, judged every tick
+        const auto show = [&](std::int64_t value) {  // one sample covers half the confirm time, tested every tick
           for (int repeat = 0; repeat < 10; ++repeat) {
             bench.feed(value, repeat == 0);
             bench.pass(tick);
@@ -186,7 +186,7 @@ TEST_CASE("every limit: what keeps coming back is believed, what comes now and t
         return bench.state().stage == FaultStage::active;
       };
       CHECK(confirms(1, one.limit.open + one.inwards));                                   // every second sample
-      CHECK(confirms(1, one.limit.open + one.inwards * (one.limit.hysteresis + 1'000)));  // however good the others
+      CHECK(confirms(1, one.limit.open + one.inwards * (one.limit.hysteresis + 1'000)));  // whatever the others are
       CHECK_FALSE(confirms(2, one.limit.open + one.inwards));
       CHECK_FALSE(confirms(3, one.limit.open + one.inwards));
     }
@@ -235,7 +235,7 @@ TEST_CASE("every limit: cleared only behind the hysteresis, for the whole time, 
       bench.feed(good);
       CHECK(bench.state().stage == FaultStage::active);
       bench.clear();
-      CHECK(bench.state().stage == FaultStage::active);  // nothing clears what is still there
+      CHECK(bench.state().stage == FaultStage::active);  // a persisting cause is never cleared
       bench.pass(1ns);
       bench.feed(good);
       const bool latches = one.row.latch != Latch::none;
@@ -358,7 +358,7 @@ TEST_CASE("every fault: what latches stays until it is cleared by somebody who m
       }
       REQUIRE(bench.state().stage == FaultStage::active);
       bench.clear();
-      CHECK(bench.state().stage == FaultStage::active);  // the cause is still there
+      CHECK(bench.state().stage == FaultStage::active);  // the cause is still present
       bench.feed(good);
       bench.pass(thresholds.clear);
       bench.feed(good);
@@ -383,7 +383,7 @@ TEST_CASE("a lock of a former life holds until its cause is seen to be gone and 
   memory.restore_lock(FaultId::cell_deep_discharge, {}, 0, TimePoint{1s});
   const FaultState& state = memory.state(FaultId::cell_deep_discharge);
   CHECK(state.is_present());
-  CHECK(memory.clear_latched(Authority::service).empty());  // nobody has looked yet
+  CHECK(memory.clear_latched(Authority::service).empty());  // not tested yet
   FaultChanges changes;
   const FaultRow& row = row_of(FaultId::cell_deep_discharge);
   const auto judge = [&](std::int32_t voltage_uV, TimePoint now) {

@@ -1,5 +1,5 @@
-// How a fault comes to be believed and goes away again: evidence, samples, warnings and what is remembered, to the
-// nanosecond. What every row of the table inherits is in fault_contract_test.cpp.
+// Confirmation and healing of a fault: debounce time, samples, warnings and remembered data, to the nanosecond. The
+// contract of every row of the table is tested in fault_contract_test.cpp.
 #include "daemon/core/faults/fault_memory.hpp"
 
 #include <set>
@@ -18,17 +18,17 @@ constexpr Element cell_2{.module_node = 1, .number = 2, .pack_number = 2};
 constexpr std::int32_t open_uV = 4'200'000;
 constexpr std::int32_t warn_uV = 4'150'000;
 constexpr std::int32_t good_uV = 3'700'000;
-constexpr std::int32_t between_uV = 4'190'000;  // no longer at the limit, not yet behind the hysteresis of 20 mV
+constexpr std::int32_t between_uV = 4'190'000;  // below the limit, but within the hysteresis of 20 mV
 
-/// A memory that is shown the highest cell. Confirms in 150 ms, clears in 1 s.
+/// Fault memory that receives the highest cell. Confirms in 150 ms, clears in 1 s.
 class CellBench {
  public:
-  /// Time passes, then a sample is judged: value, of which cell, taken how long ago.
+  /// Advances the time, then tests a sample: its value, its cell, and its age.
   FaultChanges see(Duration later, std::int32_t max_uV, const Element& cell = cell_1, Duration age = {}) {
     now_ += later;
     return judge({.is_known = true, .value = max_uV, .element = cell, .taken_at = now_ - age});
   }
-  /// The value is there, but no cell is known to have it.
+  /// Tests a reading with a value that is not known.
   FaultChanges see_unknown(Duration later, std::int32_t max_uV = 0) {
     now_ += later;
     return judge({.value = max_uV, .element = cell_1, .taken_at = now_});
@@ -284,7 +284,7 @@ TEST_CASE("a latched fault whose cause is back is confirmed anew, as the first t
   CHECK(bench.state().count == 2);
   CHECK(bench.state().first_at == before.first_at);
   (void)bench.see(10ms, good_uV);
-  (void)bench.see(1s - 1ns, good_uV);  // the whole time anew
+  (void)bench.see(1s - 1ns, good_uV);  // the full time applies again
   CHECK(bench.stage() == FaultStage::active);
 }
 
@@ -298,7 +298,7 @@ TEST_CASE("a latched fault that seems to be back is not cleared, one that only s
   CHECK(bench.clear().empty());
   (void)bench.see(10ms, good_uV);
   CHECK(bench.state().judged == Verdict::good);
-  CHECK(bench.clear().empty());  // what is good must outweigh it first, half as fast
+  CHECK(bench.clear().empty());  // the debounce time must end first, at half its rate
   (void)bench.see(219ms, good_uV);
   CHECK(bench.state().is_doubtful());
   (void)bench.see(1ms, good_uV);
@@ -378,7 +378,7 @@ TEST_CASE("a lock that takes authority is not cleared without", "[unit][faults][
     CHECK(memory.state(row.id).stage == FaultStage::latched);
     CHECK(memory.state(row.id).confirmed_at == TimePoint{7s});
     CHECK(memory.state(row.id).last_at == TimePoint{7s});
-    CHECK(memory.clear_latched(Authority::service).empty());  // its cause has not been looked at yet
+    CHECK(memory.clear_latched(Authority::service).empty());  // its cause has not been tested yet
     FaultChanges changes;
     const LimitsConfig nothing_asked_for;
     Reading harmless{.is_known = true, .value = row.sense == Sense::at_or_above ? -1'000'000'000 : 1'000'000'000};
@@ -445,7 +445,7 @@ TEST_CASE("a warning that is confirmed takes the evidence of the fault, and ends
   CHECK(bench.state(id).warning.value == 150);
   CHECK(see(10ms, 51).empty());
   CHECK(see(10ms, 50) == std::vector{Kind::warning_over});
-  // The evidence shrinks half as fast as it grows, and holds while nothing is known.
+  // The debounce time shrinks half as fast as it grows, and stays while nothing is known.
   CHECK(see(200ms, 100).empty());    // 395 ms are left
   CHECK(see(100ms, 50).empty());     // 495
   CHECK(see_unknown(10ms).empty());  // 490

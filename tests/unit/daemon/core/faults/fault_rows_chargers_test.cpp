@@ -1,4 +1,4 @@
-// What the rows of chargers and of the second pack read, with and without either.
+// Readings of the fault rows of chargers and of the second pack, with and without either.
 #include "daemon/core/faults/fault_memory.hpp"
 #include "daemon/core/faults/fault_readers.hpp"
 #include "daemon/core/measurement/charger_table.hpp"
@@ -55,7 +55,7 @@ TEST_CASE("a pack that has no chargers has none in trouble", "[unit][faults][cha
   Seen seen;
   seen.look({.is_plugged_in = true, .is_enabled = true, .asked_mA = 8'000});
   seen.in.now += 60s;
-  seen.table.init({});  // whatever was asked of one before
+  seen.table.init({});  // whatever was requested before
   CHECK_FALSE(holds(fault_readers::charger_trouble(seen.in)));
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("a charger without a battery is in trouble once it has been asked for 
   seen.in.now += 1ms;
   CHECK(is_in_trouble(true));
   seen.in.now += 10ms;
-  CHECK_FALSE(is_in_trouble(false));  // told to stop
+  CHECK_FALSE(is_in_trouble(false));  // commanded to stop
 }
 
 TEST_CASE("somebody else's command to a charger holds for a while", "[unit][faults][charger]") {

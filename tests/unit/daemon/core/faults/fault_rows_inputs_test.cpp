@@ -1,4 +1,4 @@
-// What the rows of insulation, of lines beside the unit's own, and of a second current sensor read.
+// Readings of the fault rows of insulation, of GPIO inputs beside those of the PDU, and of a second current sensor.
 #include <array>
 #include <cstdint>
 
@@ -41,7 +41,7 @@ TEST_CASE("emergency stops and interlocks on lines are numbered behind the unit'
   CHECK(world.read(FaultId::interlock_open).element == Element{.input = 3});
   pdu.interlock_closed = false;
   CHECK(world.read(FaultId::interlock_open).element == Element{.input = 1});
-  world.now = start + 200ms + 1ns;  // the unit is lost, and with it what it said
+  world.now = start + 200ms + 1ns;  // the PDU is lost, and its values with it
   CHECK_FALSE(world.read(FaultId::emergency_stop).is_known);
   CHECK_FALSE(world.read(FaultId::interlock_open).is_known);
 }
@@ -52,7 +52,7 @@ TEST_CASE("the resistance counts while the monitor measures, more than it can te
   PduState& pdu = world.sensors.pdu.value;
   CHECK(world.read(FaultId::insulation_low).value == 100'000);
   CHECK(world.read(FaultId::insulation_low).taken_at == start);
-  pdu.insulation_state = InsulationState::undervoltage;  // the monitor's word for the supply that it watches, too
+  pdu.insulation_state = InsulationState::undervoltage;  // also reported for the monitored supply
   CHECK(world.read(FaultId::insulation_low).value == 100'000);
   pdu.insulation_resistance_Ohm = not_known(Validity::above_range);
   CHECK(world.read(FaultId::insulation_low).value == INT32_MAX);
@@ -93,7 +93,7 @@ TEST_CASE("a monitor that says that it does not measure is lost, and one that do
     world.sensors.pdu.value.insulation_state = bad;
     CHECK(world.is_true(id));
     CHECK(world.read(id).taken_at == start);
-    world.config.insulation.monitoring = InsulationMonitoring::ok_line;  // then nobody asked for a value
+    world.config.insulation.monitoring = InsulationMonitoring::ok_line;  // no value is required then
     CHECK_FALSE(world.is_true(id));
   }
   World world = world_that_measures();
@@ -120,7 +120,7 @@ TEST_CASE("what nobody measures any more is good, so that a lock of a time when 
   CHECK(world.read(FaultId::insulation_low).taken_at == world.now);
   world.sensors.pdu.value.insulation_state = InsulationState::normal;
   world.sensors.pdu.value.insulation_resistance_Ohm = known(70'000);
-  CHECK(world.read(FaultId::insulation_low).value == 70'000);  // nobody asked for it, and it is there
+  CHECK(world.read(FaultId::insulation_low).value == 70'000);  // not required, but available
   world.sensors.pdu = {};
   CHECK_FALSE(world.read(FaultId::insulation_low).is_known);
 }
@@ -142,7 +142,7 @@ TEST_CASE("a monitor that sees no voltage at a closed pack that has one is lost"
   World world = world_that_measures();  // eight cells, empty at 2.9 V
   world.sensors.pdu.value.insulation_state = InsulationState::undervoltage;
   world.pack.pack_voltage_mV = {23'201, start, Validity::valid};
-  CHECK_FALSE(world.is_true(id));  // open, and the monitor may sit on the link
+  CHECK_FALSE(world.is_true(id));  // open, and the monitor may be on the DC link side
   world.flags.closed_since = start;
   CHECK(world.is_true(id));
   world.pack.pack_voltage_mV.value = 23'200;

@@ -1,4 +1,4 @@
-// What the rows that compare cells with cells, cells with modules, and frames with frames read.
+// Readings of the fault rows that compare cells with cells, cells with modules, and frames with frames.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -56,7 +56,7 @@ TEST_CASE("a spread is the highest less the lowest, at the one that is further f
     CHECK(world.read(one.id).value == 300);
     CHECK(world.read(one.id).element == low);
     CHECK(world.read(one.id).taken_at == start - 1ms);
-    spread.average = 250;  // both as far
+    spread.average = 250;  // both deviate equally
     CHECK(world.read(one.id).element == high);
     spread.average = 101;
     CHECK(world.read(one.id).element == high);
@@ -97,11 +97,11 @@ TEST_CASE("a module's voltage against the sum of its cells: the worst module, in
   CHECK(world.read(id).element == Element{.module_node = 1});
   CHECK(world.read(id).taken_at == start + 105ms);
   say_module_mV(world, 2, 14'700);
-  CHECK(world.read(id).element == Element{.module_node = 1});  // of equal ones the first
+  CHECK(world.read(id).element == Element{.module_node = 1});  // the first of equal ones
   say_module_mV(world, 2, 14'690);
   CHECK(world.read(id).value == 110);
   CHECK(world.read(id).element == Element{.module_node = 2});
-  world.now = start + 100ms + 250ms;  // as old as cells may be
+  world.now = start + 100ms + 250ms;  // maximum age of cells
   CHECK_FALSE(world.read(id).is_partial);
   world.now += 1ns;
   CHECK(world.read(id).value == 0);
@@ -148,7 +148,8 @@ TEST_CASE("an open wire moves two neighbours the same way apart, by 0.4 V and mo
   CHECK(wire({3'700'000, 3'300'100, 4'099'900, 3'700'000}) == Element{});
   CHECK(wire({3'300'000, 4'100'000, 3'700'000, 3'700'000}) == Element{.module_node = 1, .number = 1});
   CHECK(wire({3'700'000, 3'700'000, 3'300'000, 4'100'000}) == Element{.module_node = 1, .number = 3});
-  // What one loses is not what the other gains: at a quarter of the smaller one it is still an open wire.
+  // The decrease of one cell need not equal the increase of the other: up to a quarter of the smaller one it is still
+  // an open wire.
   CHECK(wire({3'700'000, 3'300'000, 4'200'000, 3'600'000}) == between_2_and_3);
   CHECK(wire({3'700'000, 3'300'000, 4'200'100, 3'599'900}) == Element{});
   CHECK(wire({3'600'000, 4'200'000, 3'300'000, 3'700'000}) == between_2_and_3);
@@ -189,7 +190,7 @@ TEST_CASE("a module is disturbed from the third damaged frame of ten on, and sou
   CHECK(world.read(id).element == Element{.module_node = 2});
   CHECK(world.read(id).taken_at == start + 30ms);
   World first;
-  first.modules().note_damaged(1, first.now);  // the sound one behind it hides nothing
+  first.modules().note_damaged(1, first.now);  // the healthy one after it does not hide it
   CHECK(first.read(id).is_partial);
 }
 
@@ -245,7 +246,7 @@ TEST_CASE("an open pack's link is judged by voltages that were taken together, a
     return world.read(id).is_known;
   };
   CHECK(is_judged(1ns, 1ns));
-  CHECK_FALSE(is_judged(0ns, 1ns));  // the pack's may be from before the opening, under load
+  CHECK_FALSE(is_judged(0ns, 1ns));  // the pack voltage may be from before the opening, under load
   CHECK_FALSE(is_judged(1ns, 0ns));
   CHECK(is_judged(1ms, 6ms));
   CHECK_FALSE(is_judged(1ms, 6ms + 1ns));

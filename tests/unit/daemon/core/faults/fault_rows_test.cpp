@@ -1,5 +1,4 @@
-// What each row of the fault table reads: which word of whom makes it true, how old that may be, and when it says
-// nothing.
+// Reading of each row of the fault table: which received value makes it true, its maximum age, and when it is unknown.
 #include <array>
 #include <set>
 #include <utility>
@@ -31,7 +30,7 @@ TEST_CASE("in a world where all is well every row that is true or not knows so",
   for (const FaultRow& row : fault_table()) {
     if (row.has_limit()) continue;
     INFO(row.name);
-    // While nothing has changed a current cannot be told from its opposite.
+    // Without any change a current cannot be distinguished from its opposite.
     CHECK(world.read(row.id).is_known == (row.id != FaultId::current_contradicts_voltage));
     CHECK(world.read(row.id).value == 0);
     CHECK_FALSE(world.read(row.id).is_partial);
@@ -100,7 +99,7 @@ TEST_CASE("a temperature that is none, or does not come, is missing", "[unit][fa
   reading = world.read(FaultId::temperature_not_measured);
   CHECK(reading.value == 1);
   CHECK(reading.element == Element{.module_node = 1, .number = 1, .is_temperature_sensor = true});
-  CHECK(reading.taken_at == world.now);  // what does not come is seen anew with every look
+  CHECK(reading.taken_at == world.now);  // a missing value gets the time of each reading
   expect_only_if_started(world, FaultId::temperature_not_measured);
 }
 
@@ -129,7 +128,7 @@ TEST_CASE("a board sensor that a module has once shown is expected of it, whatev
   world.poll_after(250ms + 1ns);
   world.answer(1);
   world.answer(2);
-  CHECK(world.is_true(id));  // TEMP_2 does not come any more
+  CHECK(world.is_true(id));  // TEMP_2 is missing
   CHECK(world.read(id).taken_at == world.now);
 }
 
@@ -152,7 +151,7 @@ TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile"
   world.say_first_temperature(2, known(250));
   CHECK_FALSE(world.is_true(id));
   world.now += 1ns;
-  CHECK(world.is_true(id));  // too old to be in doubt
+  CHECK(world.is_true(id));  // stale, no longer only implausible
   world.say_first_temperature(1, known(250));
   CHECK_FALSE(world.is_true(id));
   CHECK_FALSE(world.read(id).is_partial);
@@ -165,7 +164,7 @@ TEST_CASE("a temperature in doubt is not missing, and nothing is good meanwhile"
   CHECK_FALSE(silent.is_true(id));
   silent.poll_after(250ms + 1ns);
   silent.say_temperatures(2, 2);
-  CHECK(silent.is_true(id));  // all that were in doubt are too old
+  CHECK(silent.is_true(id));  // all implausible ones are stale
 }
 
 TEST_CASE("each failure that a module can report is one", "[unit][faults][F36][RR_7]") {
@@ -258,7 +257,7 @@ TEST_CASE("a wrong count of cells opens at once, and a pack that has it from the
   CHECK(row_of(FaultId::wrong_cell_count).reaction == Reaction::open_now);
   test::CoreBench bench(test::small_pack());
   bench.modules[1].cell_count = 5;
-  bench.modules[1].cell_voltage_uV[4] = known(0);  // so that the sum of the module's cells is as it was
+  bench.modules[1].cell_voltage_uV[4] = known(0);  // so that the sum of the module's cells is unchanged
   bool was_contactor_commanded = false;
   bench.each_ms = [&] { was_contactor_commanded = was_contactor_commanded || bench.commanded().any_contactor(); };
   CHECK_FALSE(bench.close());
@@ -284,7 +283,7 @@ TEST_CASE("a module of another protocol, or with another number of temperature s
   CHECK(is_mismatch(0, 2));
   CHECK(is_mismatch(1, 1));
   CHECK_FALSE(is_mismatch(1, 2));
-  CHECK(is_mismatch(1, 3));  // its temperatures may be those of other cells than the pack file says
+  CHECK(is_mismatch(1, 3));  // its temperatures may be those of other cells than in the pack file
 }
 
 TEST_CASE("a module that has said nothing yet is no other module", "[unit][faults][F37]") {
@@ -307,7 +306,7 @@ TEST_CASE("nobody is out of place for sure once all modules have said who they a
   for (const FaultId id : {FaultId::module_exchanged, FaultId::modules_swapped}) {
     CHECK_FALSE(world.is_true(id));
     CHECK(world.read(id).is_partial);
-    world.config.foreign.driver = find_device("i3_csc")->modules;  // of a language without serial numbers
+    world.config.foreign.driver = find_device("i3_csc")->modules;  // of a protocol without serial numbers
     CHECK_FALSE(world.read(id).is_partial);
     world.config.foreign.driver = nullptr;
   }
@@ -362,8 +361,8 @@ TEST_CASE("lines of this machine that cannot be read are their own fault, not th
   World world;
   world.config.lines.are_used = true;
   world.sensors.pdu_word = world.sensors.pdu;
-  world.sensors.pdu = {};                   // what lines and unit say together is not known
-  CHECK(world.is_true(FaultId::pdu_lost));  // nobody has said that it is the lines
+  world.sensors.pdu = {};                   // the combined state of GPIO and PDU is unknown
+  CHECK(world.is_true(FaultId::pdu_lost));  // a GPIO failure is not reported
   world.flags.lines_failed = true;
   CHECK_FALSE(world.is_true(FaultId::pdu_lost));
   CHECK(world.is_true(FaultId::lines_failed));

@@ -1,5 +1,5 @@
-// The key of a pack file that is usually wrong, named by what else is seen: in likely_cause() by itself, and in the
-// texts of a core that meets it.
+// Pack-file key that is usually wrong, derived from the other observations: in likely_cause() alone, and in the texts
+// of a core that detects it.
 #include "daemon/core/faults/likely_cause.hpp"
 
 #include <algorithm>
@@ -24,7 +24,8 @@ bool has(const std::string& text, std::string_view words) {
   return text.find(words) != std::string::npos;
 }
 
-/// A link of 50 V that falls with this time constant, sampled for so long by a sensor with this offset.
+/// Time constant measured on a DC link of 50 V that falls with this time constant, sampled for `span` by a sensor with
+/// this offset.
 std::optional<Duration> measured(double time_constant_s, Duration span, Duration every = 100ms, int offset_mV = 0) {
   LinkDecay link;
   const TimePoint open_since{10s};
@@ -59,9 +60,9 @@ TEST_CASE("the time constant of a link is measured as it falls, and not of one t
     CHECK(std::abs(seconds(*found) - time_constant_s) < 0.01 * time_constant_s);
   }
   CHECK_FALSE(measured(1e9, 60s));      // a weld
-  CHECK_FALSE(measured(400.0, 900ms));  // too early to say
+  CHECK_FALSE(measured(400.0, 900ms));  // too early
   CHECK(measured(400.0, 1s));
-  CHECK_FALSE(measured(505.0, 1s));  // 0.2 % or less may be the sensor
+  CHECK_FALSE(measured(505.0, 1s));  // 0.2 % or less may be a sensor error
 }
 
 TEST_CASE("the time constant of a link stays what it was while it fell, whatever the sensor shows of an empty one",
@@ -95,14 +96,14 @@ TEST_CASE("what a link was before its contactors had their time to open counts a
   const auto at = [&link](Duration since_10s, std::int32_t mV, Validity validity = Validity::valid) {
     link.update(TimePoint{10s}, {mV, TimePoint{10s} + since_10s, validity}, 100ms);
   };
-  at(99ms, 90'000);  // still joined, under a charger
+  at(99ms, 90'000);  // contacts still closed, with a charger
   at(100ms, 50'000);
   at(2s, 0, Validity::unknown);
   at(3s + 100ms, 40'000);
   REQUIRE(link.time_constant());
   CHECK(std::abs(seconds(*link.time_constant()) - 3.0 / std::log(50.0 / 40.0)) < 0.01);
   at(4s, 0);
-  REQUIRE(link.time_constant());  // empty: what was seen while it fell stands
+  REQUIRE(link.time_constant());  // empty: the value from the discharge stays
   CHECK(std::abs(seconds(*link.time_constant()) - 3.0 / std::log(50.0 / 40.0)) < 0.01);
   link.update({}, {40'000, TimePoint{15s}, Validity::valid}, 100ms);
   CHECK_FALSE(link.time_constant());
@@ -116,7 +117,7 @@ TEST_CASE("the decay that would do is what a link takes to leave the pack's volt
   CHECK(link_decay_that_would_do(10s, config) == 1s);
   config.precharge_done_permille = 900;
   CHECK(link_decay_that_would_do(400s, config) == 64s);  // 63.2 s
-  config.precharge_done_permille = 1'000;                // as of 990
+  config.precharge_done_permille = 1'000;                // treated as 990
   CHECK(link_decay_that_would_do(400s, config) == 7s);   // 6.03 s
 }
 
@@ -356,7 +357,7 @@ TEST_CASE("without a unit the sensor's results on the vehicle bus name the swapp
     CoreBench bench(config);
     bench.sensor_talks = bench.voltage_talks = bench.pdu_talks = false;
     for (auto& module : bench.modules) module.talks = one.do_modules_talk;
-    for (int count = 0; count < 140; ++count) {  // 7 s: what modules send is remembered for 5 s
+    for (int count = 0; count < 140; ++count) {  // 7 s: frames of modules are remembered for 5 s
       bench.observe(FrameReceived{Port::vehicle, one.frame});
       bench.run(50ms);
     }
@@ -373,13 +374,13 @@ TEST_CASE("frames that show swapped buses are taken for no measurement", "[unit]
     CoreBench bench(config);
     bench.sensor_talks = bench.voltage_talks = bench.pdu_talks = false;
     for (auto& one : bench.modules) one.talks = false;
-    bench.run(1s);  // what was on its way has arrived
+    bench.run(1s);  // frames in transit have arrived
     const std::uint64_t accepted = bench.core().receive_counts().accepted;
     const TimePoint last_answer_at = bench.core().modules().find(1)->last_answer_at;
     for (std::uint8_t count = 0; count < 40; ++count) {
       for (const MessageSpec* const row : {&pdu_status, &sensor_current, &sensor_u1, &sensor_u2, &ident}) {
         CanFrame frame = make_frame(*row, row->has_node() ? 1 : 0);
-        if (row == &pdu_status) frame.data[1] = 0x7F;  // every input as one would like it, the key on
+        if (row == &pdu_status) frame.data[1] = 0x7F;  // every input healthy, the key on
         seal(*row, count, frame);
         bench.observe(FrameReceived{Port::vehicle, frame});
       }
@@ -406,7 +407,7 @@ TEST_CASE("a request to close that is refused names the values that it was refus
         "a fault is present: a cell's voltage is too low: cell 1.3 (no. 3) 2.8510 V, limit 2.9000 V");
   CHECK(refusal_text(Blocker::fault, FaultId::emergency_stop, {true, 1}, 1) ==
         "a fault is present: an emergency stop is pressed");
-  CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "a fault is present");  // not known any more
+  CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "a fault is present");  // reading unknown
 
   CHECK(
       refusal_text(Blocker::fault, FaultId::link_not_discharging, {true, 29'920}, 30'000) ==
@@ -418,7 +419,7 @@ TEST_CASE("a request to close that is refused names the values that it was refus
       "positive: link 29.920 V, pack 30.000 V");
 
   CoreConfig config = small_pack();
-  config.contactors.link_decay = 30s;  // a request is refused before the link is a fault
+  config.contactors.link_decay = 30s;  // a request is refused before the DC link becomes a fault
   CoreBench bench(config);
   bench.run(1s);
   SECTION("a link that stays at the pack's voltage") {
@@ -450,14 +451,14 @@ TEST_CASE("a request that a fault of link and pack refuses names the voltages th
   bench.link_voltage_mV = 29'600;
   bench.link_fall_mV_per_ms = 0;
   REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::link_not_discharging); }, 10s));
-  bench.link_voltage_mV = 100;  // meanwhile it has discharged
+  bench.link_voltage_mV = 100;  // discharged meanwhile
   bench.run(1s);
   bench.inputs.vehicle_on = true;
   REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 10s));
   const std::string voltages = "but the link keeps the pack's voltage: link 29.600 V, pack 29.600 V";
   CHECK(has(events_text(bench, EventId::close_refused), voltages));
   CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), voltages));
-  // Over a restart, too.
+  // The same after a restart.
   CoreBench again(config, bench.core().persistent());
   again.run(1s);
   again.inputs.vehicle_on = true;
@@ -482,6 +483,6 @@ TEST_CASE("the decay that would do is known over a restart", "[unit][core][F82]"
   bench.run(60s);
   CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), text));
   CoreBench again(config, bench.core().persistent());
-  again.run(5s);  // its link is empty
+  again.run(5s);  // its DC link is empty
   CHECK(has(why_json({.core = again.core(), .now = again.now()}).dump(), text));
 }

@@ -1,6 +1,6 @@
-// The end of a charge: a cell that lives by the model or not quite, the limits as the core makes them, and a charger
-// that obeys with a delay. The voltage must not pass where it is held by more than what is not known, and nothing may
-// swing.
+// End of a charge: a cell that matches the model or deviates a little, the limits computed by the core, and a charger
+// that follows with a delay. The voltage must not exceed its hold voltage by more than the uncertainty, and nothing may
+// oscillate.
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -39,8 +39,8 @@ CoreConfig pack_config() {
 struct Charge {
   double resistance_share = 0.0;  // of the cell, above its model
   double temperature_C = 25.0;
-  bool is_estimated = true;  // else only what was measured is known
-  bool has_forecast = true;  // else only the straight lines hold the voltage
+  bool is_estimated = true;  // otherwise only measured values are known
+  bool has_forecast = true;  // otherwise only the linear derating holds the voltage
   bool has_ramp = true;
   bool is_told_seldom = false;  // once a second, in whole amperes, as in 624h
 };
@@ -49,11 +49,11 @@ struct Ending {
   double highest_V = 0.0;
   double last_A = 0.0;
   double soc = 0.0;
-  double rises_A = 0.0;  // all that the current ever rose by since it first fell below 15 A
-  int reversals = 0;     // of more than an ampere and a half
+  double rises_A = 0.0;  // sum of all rises of the current since it first fell below 15 A
+  int reversals = 0;     // of more than 1.5 A
 };
 
-/// Counts turns of a value, smaller ones than `least` left out.
+/// Counts reversals of a value; those smaller than `least` are ignored.
 class Reversals {
  public:
   void add(double value) {
@@ -72,7 +72,7 @@ class Reversals {
   int count_ = 0;
 };
 
-/// The world of one charge, in ticks of 10 ms. Voltages are measured every 100 ms, with half a millivolt of noise.
+/// Simulation of one charge, in ticks of 10 ms. Voltages are measured every 100 ms, with half a millivolt of noise.
 class Charging {
  public:
   explicit Charging(const Charge& charge)
@@ -161,7 +161,7 @@ TEST_CASE("a charge ends below the opening voltage and without a swing", "[unit]
             {.resistance_share = resistance_share, .temperature_C = temperature_C, .is_estimated = is_estimated});
         CAPTURE(ending.highest_V, ending.last_A, ending.soc, ending.rises_A, ending.reversals);
         CHECK(ending.highest_V < 4.1895);  // held at 4.1875, opened at 4.2
-        CHECK(ending.reversals <= 3);      // its beginning is one of them
+        CHECK(ending.reversals <= 3);      // its start is one of them
         CHECK(ending.rises_A < 30.0);
         CHECK(ending.last_A < 2.0);
         CHECK(ending.soc > 0.85);

@@ -1,5 +1,5 @@
-// The largest current that a cell's voltage bears: against the equation by hand, against cells that live by it, and
-// what is done with what nobody knows.
+// Largest current that the voltage of a cell permits: compared with the equation by hand and with simulated cells, and
+// the treatment of unknown values.
 #include "daemon/core/limits/current_prediction.hpp"
 
 #include <cmath>
@@ -15,8 +15,8 @@ namespace {
 
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 
-/// 10 Ah, 3.2 V to 4.1 V evenly; 3 milliohm at once, 1 each in pairs of 10, 100 and 1000 s; no charge transfer to speak
-/// of and no hysteresis unless a test asks for them.
+/// 10 Ah, 3.2 V to 4.1 V linearly; 3 milliohm at once, 1 each in RC elements of 10, 100 and 1000 s; negligible charge
+/// transfer and no hysteresis unless a test sets them.
 CellDynamics plain_cell() {
   CellDynamics cell = test::sloped_cell();
   for (CellDynamics::Row& row : cell.rows) {
@@ -26,7 +26,7 @@ CellDynamics plain_cell() {
   return cell;
 }
 
-/// All is known of it, and it rests at 3.65 V.
+/// Everything is known, and the cell rests at 3.65 V.
 CellForecastInput half_full() {
   return {.voltage_V = 3.65,
           .current_A = 0.0,
@@ -41,7 +41,7 @@ CellForecastInput half_full() {
 struct OwnRow {
   CellDynamics::Row row;
 };
-/// With a row of its own.
+/// Prediction with its own row.
 struct AloneForecast : private OwnRow, public CellForecast {
   AloneForecast(const CellDynamics& cell, const CellForecastInput& input)
       : OwnRow{forecast_row(cell, input)}, CellForecast(cell, row, input) {}
@@ -51,7 +51,7 @@ double settled(double horizon_s, double time_constant_s) {
   return 1.0 - std::exp(-horizon_s / time_constant_s);
 }
 
-/// What an ampere from rest takes within the horizon: of the plain cell.
+/// Voltage drop of the plain cell within the horizon, per ampere from rest.
 double volts_per_ampere(double horizon_s) {
   return 0.9 * horizon_s / 36'000.0 + 0.003 +
          0.001 * (settled(horizon_s, 10.0) + settled(horizon_s, 100.0) + settled(horizon_s, 1000.0));
@@ -100,13 +100,13 @@ TEST_CASE("a current that flows already is part of the voltage", "[unit][limits]
   input.voltage_V = 3.65 - 20.0 * 0.006;
   input.pair_V = {0.02, 0.02, 0.02};
   const AloneForecast loaded(cell, input);
-  // All pairs have settled: what they will add is only for what is more than 20 A.
+  // All RC elements have settled: they add voltage only for the current above 20 A.
   const double more_A = loaded.discharge_A({.voltage_V = 3.4, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   const double room_V = 3.65 - 0.12 - 3.4;
   const double expected_A = (room_V + 20.0 * (volts_per_ampere(10.0) - 0.9 * 10.0 / 36'000.0)) / volts_per_ampere(10.0);
   CHECK(more_A <= expected_A + 1e-9);
   CHECK(more_A > expected_A - 0.11);
-  // And charging begins with the step back; the pairs help later, which is not counted on.
+  // Charging starts with the ohmic step back; the RC elements help later, which is not relied on.
   const double in_A = loaded.charge_A({.voltage_V = 3.7, .horizon = {cell, 10.0}, .at_most_A = plenty_A});
   const double held_V = 0.02 * (settled(10.0, 10.0) + settled(10.0, 100.0) + settled(10.0, 1000.0));
   const double in_expected_A = (3.7 - 3.53 - 20.0 * 0.003 - held_V) / volts_per_ampere(10.0);
@@ -117,10 +117,10 @@ TEST_CASE("a current that flows already is part of the voltage", "[unit][limits]
 TEST_CASE("the pairs' recovery is not counted on", "[unit][limits][prediction]") {
   const CellDynamics cell = plain_cell();
   CellForecastInput input = half_full();
-  input.pair_V = {0.05, 0.05, 0.05};  // a load has just ended: the voltage is on its way up
+  input.pair_V = {0.05, 0.05, 0.05};  // a load has just ended: the voltage is recovering
   const ForecastBound bound{.voltage_V = 3.55, .horizon = {cell, 10.0}, .at_most_A = plenty_A};
   const double out_A = AloneForecast(cell, input).discharge_A(bound);
-  // Below 50 A each pair would fall: only the step and the charge count.
+  // Below 50 A each RC element would fall: only the ohmic step and the charge count.
   const double expected_A = 0.1 / (0.003 + 0.9 * 10.0 / 36'000.0);
   CHECK(out_A <= expected_A + 1e-9);
   CHECK(out_A > expected_A - 0.11);
@@ -226,7 +226,7 @@ TEST_CASE("a resistance that is not sure gives back less than it takes", "[unit]
   const ForecastBound bound{.voltage_V = 3.6, .horizon = {cell, 1e-6}, .at_most_A = plenty_A};
   // From rest: 3 milliohm and 20 % more.
   CHECK(AloneForecast(cell, input).discharge_A(bound) == Approx(0.05 / 0.0036).margin(0.11));
-  // From 30 A, 60 mV below the bound: 3 milliohm and 20 % less have to bring that back.
+  // From 30 A, 60 mV below the bound: 3 milliohm and 20 % less must bring that back.
   input.current_A = 30.0;
   input.voltage_V = 3.54;
   CHECK(AloneForecast(cell, input).discharge_A(bound) == Approx(30.0 - 0.06 / 0.0024).margin(0.11));
@@ -294,8 +294,8 @@ TEST_CASE("what was promised is kept by cells that live by the model, and by tho
       worst_V = is_charge ? std::max(worst_V, voltage_V) : std::min(worst_V, voltage_V);
     }
     if (most_A > 0.0)
-      CHECK(sign * (worst_V - bound.voltage_V) >= -0.002);  // without a current it may be beyond already
+      CHECK(sign * (worst_V - bound.voltage_V) >= -0.002);  // without a current the voltage may already be beyond
     if (std::abs(worst_V - bound.voltage_V) < 0.5 * way_V) ++nearly_used;
   }
-  CHECK(nearly_used > 100);  // it is no promise to allow nothing
+  CHECK(nearly_used > 100);  // limits of zero would prove nothing
 }

@@ -1,5 +1,5 @@
-// Which of all reasons binds a limit: tables, parts, the user, the voltages to come, and the floor under what may be
-// drawn. For a moment and for long.
+// Cause that determines a limit: derating tables, components, the user, predicted voltages, and the limp-home floor;
+// for the peak and the continuous limits.
 #include <array>
 #include <initializer_list>
 
@@ -27,7 +27,7 @@ PartConfig part(const CurrentBounds& most) {
   return made;
 }
 
-/// 80 A out for long and 120 A for a moment, 20 A in and 30 A.
+/// 80 A continuous and 120 A peak discharge, 20 A and 30 A charge.
 struct Bench {
   Bench() {
     config.current.discharge_peak_mA = 120'000;
@@ -55,7 +55,7 @@ TEST_CASE("what may flow for long is the continuous current, and no more than wh
   is(bench.limits().discharge_continuous, 80'000, LimitCause::continuous);
   is(bench.limits().charge, 30'000, LimitCause::peak);
   is(bench.limits().charge_continuous, 20'000, LimitCause::continuous);
-  bench.pack.cell_temperature_dC.max = 550;  // half of the way to where it opens: of each its half
+  bench.pack.cell_temperature_dC.max = 550;  // half way to the opening threshold: half of each
   is(bench.limits().discharge, 60'000, LimitCause::cell_hot);
   is(bench.limits().discharge_continuous, 40'000, LimitCause::cell_hot);
   CHECK(bench.limits().discharge_continuous.unhindered_mA == 80'000);
@@ -101,14 +101,14 @@ TEST_CASE("the coldest and the hottest cell have the share that their table says
   is(bench.limits().charge, 21'000, LimitCause::hot);
   CHECK(bench.limits().charge.element == hottest);
   is(bench.limits().discharge, 96'000, LimitCause::hot);
-  bench.pack.cell_temperature_dC = {.expected = 4};  // nobody knows: what was before holds
+  bench.pack.cell_temperature_dC = {.expected = 4};  // unknown: the previous limit applies
   bench.inputs.before.charge = {.limit_mA = 3'000, .cause = LimitCause::hot};
   is(bench.limits().charge, 3'000, LimitCause::hot);
 }
 
 TEST_CASE("the emptiest and the fullest cell have the share that their table says", "[unit][limits][derating]") {
   Bench bench;
-  is(bench.limits().discharge, 120'000, LimitCause::peak);  // no table asks for the charge
+  is(bench.limits().discharge, 120'000, LimitCause::peak);  // no table requires the SOC
   bench.config.derating.charge_over_soc = table({{0, 1'000}, {800, 1'000}, {1'000, 200}});
   bench.config.derating.discharge_over_soc = table({{0, 100}, {100, 1'000}, {1'000, 1'000}});
   is(bench.limits().discharge, 12'000, LimitCause::charge_not_known);
@@ -170,7 +170,7 @@ TEST_CASE("a part binds with what it bears for long and for a moment", "[unit][l
   is(bench.limits().discharge_continuous, 50'000, LimitCause::component);
   CHECK(bench.limits().discharge_continuous.part == 1);
   is(bench.limits().charge, 30'000, LimitCause::peak);
-  bench.inputs.discharge_used_permille = 700;  // half of what is between the two is gone
+  bench.inputs.discharge_used_permille = 700;  // half of the range between peak and continuous is gone
   is(bench.limits().discharge, 75'000, LimitCause::overload);
   bench.inputs.discharge_used_permille = 900;
   is(bench.limits().discharge, 50'000, LimitCause::overload);
@@ -179,7 +179,7 @@ TEST_CASE("a part binds with what it bears for long and for a moment", "[unit][l
   is(bench.limits().charge, 9'000, LimitCause::component);
   CHECK(bench.limits().charge.part == 2);
   is(bench.limits().charge_continuous, 8'000, LimitCause::component);
-  bench.config.component_limits.push_back(part({.charge_peak_mA = 1}));  // 0 is none; 1 mA is a bound
+  bench.config.component_limits.push_back(part({.charge_peak_mA = 1}));  // 0: none; 1 mA is a rating
   is(bench.limits().charge, 1, LimitCause::component);
 }
 
@@ -193,7 +193,7 @@ TEST_CASE("the user's wish binds where it is less", "[unit][limits][parts]") {
   is(bench.limits().discharge_continuous, 10'000, LimitCause::user);
   is(bench.limits().charge, 6'000, LimitCause::user);
   is(bench.limits().charge_continuous, 5'000, LimitCause::user);
-  bench.pack.cell_temperature_dC.max = 590;  // a tenth of 120 A is less than the wish, of 80 A is less, too
+  bench.pack.cell_temperature_dC.max = 590;  // a tenth of 120 A is below the user limit, a tenth of 80 A as well
   is(bench.limits().discharge, 12'000, LimitCause::cell_hot);
   is(bench.limits().discharge_continuous, 8'000, LimitCause::cell_hot);
 }
@@ -217,21 +217,21 @@ TEST_CASE("a limp-home floor holds against tables and lines, and says so", "[uni
   Bench bench;
   bench.config.derating.discharge_over_temperature = table({{-100, 0}, {100, 1'000}});
   bench.config.derating.charge_over_temperature = table({{0, 0}, {100, 1'000}});
-  bench.pack.cell_temperature_dC.min = -40;  // 0.3 of all, and of the line 160 of 150: nothing yet
+  bench.pack.cell_temperature_dC.min = -40;  // 0.3 by the table; 160 of 150 by the linear derating: no effect yet
   bench.config.limits.cell_undertemperature = {.warn = -50, .open = -200};
   is(bench.limits().discharge, 36'000, LimitCause::cold);
   bench.config.current.limp_home_discharge_mA = 36'000;
-  is(bench.limits().discharge, 36'000, LimitCause::cold);  // no less than the floor
+  is(bench.limits().discharge, 36'000, LimitCause::cold);  // not below the floor
   is(bench.limits().discharge_continuous, 36'000, LimitCause::limp_home);
   bench.config.current.limp_home_discharge_mA = 36'001;
   is(bench.limits().discharge, 36'001, LimitCause::limp_home);
   CHECK(bench.limits().discharge.unhindered_mA == 120'000);
-  is(bench.limits().charge, 0, LimitCause::cold);  // never for charging
-  bench.pack.cell_temperature_dC.min = -150;       // the line, too, and the table at its zero
+  is(bench.limits().charge, 0, LimitCause::cold);  // not for charging
+  bench.pack.cell_temperature_dC.min = -150;       // linear derating, too, and the table at its zero
   is(bench.limits().discharge, 36'001, LimitCause::limp_home);
   bench.pack.cell_temperature_dC.min = -199;
   is(bench.limits().discharge, 36'001, LimitCause::limp_home);
-  bench.pack.cell_temperature_dC.min = -200;  // at its threshold there is nothing left to limp on
+  bench.pack.cell_temperature_dC.min = -200;  // at its threshold the floor no longer applies
   is(bench.limits().discharge, 0, LimitCause::cell_cold);
 }
 
@@ -246,7 +246,7 @@ TEST_CASE("a limp-home floor is no more than what parts, the user and the voltag
   is(bench.limits().discharge, 20'000, LimitCause::limp_home);
   bench.inputs.predicted.discharge = {.is_known = true, .limit_mA = 15'000};
   is(bench.limits().discharge, 15'000, LimitCause::voltage_would_fall);
-  bench.inputs.predicted.discharge.limit_mA = 12'000;  // as much as the table leaves
+  bench.inputs.predicted.discharge.limit_mA = 12'000;  // same as by the table
   is(bench.limits().discharge, 12'000, LimitCause::cold);
   bench.inputs.predicted.discharge.limit_mA = 11'000;
   is(bench.limits().discharge, 11'000, LimitCause::voltage_would_fall);
@@ -337,6 +337,6 @@ TEST_CASE("a pause to measure takes what may be charged, and nothing else", "[un
   is(bench.limits().discharge_continuous, 80'000, LimitCause::continuous);
   CHECK_FALSE(is_protection(LimitCause::measuring));
   CHECK_FALSE(is_measured_cause(LimitCause::measuring));
-  bench.inputs.may_charge = false;  // what a fault takes is told as that
+  bench.inputs.may_charge = false;  // a limit by a fault is reported as such
   is(bench.limits().charge, 0, LimitCause::fault);
 }

@@ -1,4 +1,5 @@
-// How fast limits move, and what does not wait; and a charger that obeys one, with a delay, to the end of a charge.
+// Rates of change of limits, and causes without a ramp; and a charger that follows a limit with a delay up to the end
+// of a charge.
 #include "daemon/core/limits/limit_ramp.hpp"
 
 #include "tests/support/catch.hpp"
@@ -13,7 +14,7 @@ CurrentLimit limit(std::int32_t limit_mA, LimitCause cause = LimitCause::cell_vo
   return {.limit_mA = limit_mA, .cause = cause, .value = 7};
 }
 
-/// A ramp that stands at 20 A.
+/// Ramp at 20 A.
 LimitRamp at_20_A() {
   LimitRamp ramp;
   CHECK(ramp.follow(limit(20'000), 10ms, rates).limit_mA == 20'000);
@@ -53,7 +54,7 @@ TEST_CASE("a pause to measure is a step, not a ramp", "[unit][limits][ramp][char
 TEST_CASE("what a tick is too short for is not lost", "[unit][limits][ramp]") {
   LimitRamp ramp = at_20_A();
   for (int tick = 0; tick < 20'000; ++tick) static_cast<void>(ramp.follow(limit(30'000), 100us, rates));
-  CHECK(ramp.follow(limit(30'000), 0ms, rates).limit_mA == 22'000);  // a second of patience, and one of rising
+  CHECK(ramp.follow(limit(30'000), 0ms, rates).limit_mA == 22'000);  // one second of waiting, one of rising
 }
 
 TEST_CASE("a limit begins to rise when that is worth it for a second, and then goes all the way",
@@ -66,16 +67,16 @@ TEST_CASE("a limit begins to rise when that is worth it for a second, and then g
   };
   constexpr LimitCause noisy = LimitCause::voltage_would_rise;
   CHECK(follow(10'000, 10ms, noisy) == 10'000);
-  CHECK(follow(12'000, 1s, noisy) == 10'000);  // a twentieth of 40 A: not more than that
+  CHECK(follow(12'000, 1s, noisy) == 10'000);  // a twentieth of 40 A: not exceeded
   CHECK(follow(12'000, 1s, noisy) == 10'000);
   CHECK(follow(12'001, 900ms, noisy) == 10'000);
-  CHECK(follow(11'999, 1ms, noisy) == 10'000);  // a break
+  CHECK(follow(11'999, 1ms, noisy) == 10'000);  // an interruption
   CHECK(follow(12'001, 999ms, noisy) == 10'000);
   CHECK(follow(12'001, 1ms, noisy) == 10'002);
-  CHECK(follow(12'001, 500ms, noisy) == 11'002);  // no band any more
+  CHECK(follow(12'001, 500ms, noisy) == 11'002);  // no band while it rises
   CHECK(follow(12'001, 499ms, noisy) == 12'000);
   CHECK(follow(12'001, 1ms, noisy) == 12'001);
-  CHECK(follow(12'500, 1s, noisy) == 12'001);  // and again from the beginning
+  CHECK(follow(12'500, 1s, noisy) == 12'001);  // starts again from the beginning
   SECTION("without a band for what is not measured") {
     for (const LimitCause cause : {LimitCause::continuous, LimitCause::peak, LimitCause::component, LimitCause::user,
                                    LimitCause::limp_home, LimitCause::overload, LimitCause::charge_not_known}) {
@@ -155,7 +156,7 @@ TEST_CASE("what protects does not wait", "[unit][limits][ramp][BMU_13]") {
     CHECK(now.cause == cause);
     if (cause != LimitCause::not_connected && cause != LimitCause::fault) {
       LimitRamp other = at_20_A();
-      CHECK(other.follow(limit(1, cause), 1ms, rates).limit_mA == 19'960);  // a threshold that is not reached waits
+      CHECK(other.follow(limit(1, cause), 1ms, rates).limit_mA == 19'960);  // an unreached threshold uses the ramp
     }
   }
   for (const LimitCause cause :

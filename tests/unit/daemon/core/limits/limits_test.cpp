@@ -1,5 +1,5 @@
-// How current limits fall: the straight line to the milliampere, which value limits which direction, and what holds
-// while something is missing.
+// Derating of current limits: linear derating to the milliampere, which value limits which direction, and the limits
+// while a value is missing.
 #include "daemon/core/limits/limits.hpp"
 
 #include <set>
@@ -16,7 +16,7 @@ constexpr Element coldest{.module_node = 2, .number = 1, .pack_number = 3, .is_t
 constexpr Element lowest{.module_node = 1, .number = 1, .pack_number = 1};
 constexpr Element highest{.module_node = 2, .number = 4, .pack_number = 8};
 
-/// A pack in its best state: 80 A out, 20 A in.
+/// Pack without derating: 80 A discharge, 20 A charge.
 struct Bench {
   CoreConfig config = test::small_pack();
   PackState pack{
@@ -84,7 +84,7 @@ TEST_CASE("between warning and opening threshold the limit falls in a straight l
   };
   CHECK(discharge_at_uV(3'100'001) == 80'000);
   CHECK(discharge_at_uV(3'100'000) == 80'000);
-  CHECK(discharge_at_uV(3'099'999) == 79'920);  // 999 of 1000: in whole permille, downwards
+  CHECK(discharge_at_uV(3'099'999) == 79'920);  // 999 of 1000: in whole permille, rounded down
   CHECK(discharge_at_uV(3'099'800) == 79'920);
   CHECK(discharge_at_uV(3'000'000) == 40'000);
   CHECK(discharge_at_uV(2'900'200) == 80);
@@ -316,7 +316,7 @@ TEST_CASE("a current beyond the middle tier of its own limit is answered with le
   CHECK(bench.discharge().limit_mA == 0);
   bench.pack.current_mA.value = 105'000;
   bench.pack.cell_temperature_dC.max = bench.config.limits.cell_overtemperature.open;
-  CHECK(bench.discharge().limit_mA == 0);  // what allows less wins
+  CHECK(bench.discharge().limit_mA == 0);  // the lower limit applies
   CHECK(bench.discharge().cause == LimitCause::cell_hot);
   bench.pack.cell_temperature_dC.max = 250;
   bench.pack.current_mA.validity = Validity::unknown;

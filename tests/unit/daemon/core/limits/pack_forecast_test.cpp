@@ -1,5 +1,5 @@
-// What the voltages of all cells bear: which cell binds which of the four, where voltages are held, and cells of which
-// only a measurement is known.
+// Current prediction for all cells: which cell determines which of the four limits, the hold voltages, and cells with a
+// measurement only.
 #include "daemon/core/limits/pack_forecast.hpp"
 
 #include <cmath>
@@ -133,7 +133,7 @@ TEST_CASE("parts and the user bound what is asked", "[unit][limits][prediction][
 
 TEST_CASE("of a cell that nobody estimates the voltage says in which range its charge is",
           "[unit][limits][prediction]") {
-  const CellDynamics cell = test::sloped_cell();  // 0.9 V from empty to full, 10 mV hysteresis, off by 8 mV
+  const CellDynamics cell = test::sloped_cell();  // 0.9 V from empty to full, 10 mV hysteresis, 8 mV model error
   const CellForecastInput rested = measured_only(cell, 3.65, 0.0, 25.0);
   CHECK(rested.voltage_V == 3.65);
   CHECK(rested.current_A == 0.0);
@@ -144,7 +144,7 @@ TEST_CASE("of a cell that nobody estimates the voltage says in which range its c
   CHECK_FALSE(is_measured(rested.hysteresis));
   CHECK_FALSE(is_measured(rested.pair_V[0]));
   CHECK_FALSE(is_measured(rested.resistance_share));
-  // Under load the pairs may have settled, 3 mV an ampere, or not.
+  // Under load the RC elements may have settled, 3 mV per ampere, or not.
   const CellForecastInput loaded = measured_only(cell, 3.50, 20.0, 25.0);
   const double at_once_V = 0.060 + 0.002 * 20.0 * std::asinh(1.0);
   const double low = (3.50 + at_once_V - 0.026 - 3.2) / 0.9;

@@ -1,4 +1,4 @@
-// How long a forecast holds: until the next picture, and no longer than what it was made of is fresh.
+// Validity of a prediction: until the next sample set, and no longer than its inputs are fresh.
 #include "daemon/core/limits/pack_forecaster.hpp"
 
 #include <cmath>
@@ -20,8 +20,8 @@ CoreConfig sloped_pack() {
   return config;
 }
 
-/// A pack whose cells nobody estimates yet: the lowest and the highest measured a second after the clock's beginning,
-/// the current told at given distances from that.
+/// Pack without cell estimates: the lowest and the highest cell measured a second after the start of the clock, the
+/// current received at given distances from that.
 struct Unestimated {
   static constexpr TimePoint taken_at = TimePoint{} + 1s;
 
@@ -69,7 +69,7 @@ TEST_CASE("a forecast from estimates is incomplete once its picture is too old",
   CHECK(ask(pictured_at + config.ages.cell_voltage).is_complete);
   CHECK_FALSE(ask(pictured_at + config.ages.cell_voltage + 1ns).is_complete);
   CHECK_FALSE(ask(pictured_at + 1h).is_complete);
-  // And of one that never was anything but too old.
+  // The same for a sample set that was stale from the start.
   forecaster = {};
   CHECK_FALSE(ask(pictured_at + config.ages.cell_voltage + 1ns).is_complete);
 }

@@ -1,5 +1,4 @@
-// Permissible power: the current limits at the voltage that is left of the pack, and a power that no current may
-// exceed.
+// Permissible power: the current limits at the pack voltage under load, and a maximum power that bounds the currents.
 #include "daemon/core/limits/power_limits.hpp"
 
 #include "daemon/core/limits/limit_ramp.hpp"
@@ -15,7 +14,7 @@ Measured<std::int32_t> measured(std::int32_t value) {
   return {value, TimePoint{1s}, Validity::valid};
 }
 
-/// 600 V, and nothing flows.
+/// Pack with this voltage and current.
 PackState pack_at(std::int32_t voltage_mV, std::int32_t current_mA = 0) {
   PackState pack;
   pack.pack_voltage_mV = measured(voltage_mV);
@@ -50,13 +49,13 @@ TEST_CASE("the power is the current limit at the voltage that its sag leaves", "
   is(at_rest.discharge_continuous, 28'750, LimitCause::continuous);  // 50 A at 575 V
   is(at_rest.charge, 24'000, LimitCause::full);                      // 40 A: the voltage only rises
   is(at_rest.charge_continuous, 12'000, LimitCause::continuous);
-  // 50 A flow already: 590 V are left of it.
+  // 50 A flow already: 590 V remain at 100 A.
   is(power_limits(limits_of(100'000, 40'000), pack_at(600'000, 50'000), resistance).discharge, 59'000,
      LimitCause::peak);
-  // More flows than is allowed: it is not the higher voltage of then that counts.
+  // The present current exceeds the limit: the higher voltage at the limit is not used.
   is(power_limits(limits_of(100'000, 40'000), pack_at(600'000, 200'000), resistance).discharge, 60'000,
      LimitCause::peak);
-  // Charged with 60 A of 40: the voltage falls with the current.
+  // Charged with 60 A at a limit of 40 A: the voltage falls with the current.
   is(power_limits(limits_of(100'000, 40'000), pack_at(600'000, -60'000), resistance).charge, 23'840, LimitCause::full);
 }
 
@@ -69,7 +68,7 @@ TEST_CASE("a voltage or current that is not measured permits no power", "[unit][
   pack.current_mA.validity = Validity::unknown;
   is(power_limits(limits_of(100'000, 40'000), pack, resistance).charge, 0, LimitCause::not_sensed);
   is(power_limits({}, pack, resistance).discharge, 0, LimitCause::not_connected);
-  // So large a sag leaves nothing, and no negative power.
+  // Such a large voltage drop leaves no power, and no negative power.
   is(power_limits(limits_of(100'000, 40'000), pack_at(10'000), resistance).discharge, 0, LimitCause::peak);
 }
 
@@ -134,7 +133,7 @@ TEST_CASE("the core holds the power of the pack at once, and its power limits ar
   CHECK(powers.charge.limit_W > 0);
   pack.current_A = 15.0;
   pack.run(20s);
-  holds();  // with the sag of 15 A there may be more
+  holds();  // with the voltage drop of 15 A it may be more
 }
 
 TEST_CASE("the resistance over ten seconds and a minute is that of all cells, taken the bad way",
@@ -145,7 +144,8 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
   LivingPack pack(config, 0.5);
   pack.run(3s);
   const LoadResistance whole = load_resistance(pack.estimate());
-  // Eight cells: 3 milliohm at once, 2 of charge transfer, and of each pair of 1 what settles within the time.
+  // Eight cells: 3 milliohm at once, 2 of charge transfer, and of each RC element of 1 the part that settles within the
+  // time.
   const auto cells_Ohm = [](double s) {
     return 8.0 * (0.005 + 0.001 * (3.0 - std::exp(-s / 10.0) - std::exp(-s / 100.0) - std::exp(-s / 1000.0)));
   };

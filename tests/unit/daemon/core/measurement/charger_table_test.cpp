@@ -1,4 +1,4 @@
-// What chargers have said, how long it counts, and when one of them counts as silent.
+// Reports of chargers, how long they are valid, and when a charger counts as silent.
 #include "daemon/core/measurement/charger_table.hpp"
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace {
 constexpr TimePoint start{100s};
 const ChargerReport good{.voltage_mV = known(300'000), .current_mA = known(8'000), .temperature_dC = known(350)};
 
-/// A Brusa, of whose frames those with one identifier can be left out.
+/// Brusa charger; its frames with one identifier can be omitted.
 struct Brusa {
   static constexpr std::uint32_t values_id = 0x611;
   static constexpr std::uint32_t temperature_id = 0x613;
@@ -42,7 +42,7 @@ TEST_CASE("a Brusa talks only while it reports its errors, too, and in their own
   Brusa brusa;
   brusa.missing = Brusa::errors_id;
   brusa.hear_for(5s);
-  CHECK_FALSE(brusa.talks());  // nobody knows that nothing is wrong
+  CHECK_FALSE(brusa.talks());  // its errors are unknown
   brusa.missing.reset();
   brusa.hear(good);
   CHECK(brusa.talks());
@@ -53,7 +53,7 @@ TEST_CASE("a Brusa talks only while it reports its errors, too, and in their own
   brusa.hear_for(200ms);
   CHECK_FALSE(brusa.talks());
   CHECK(brusa.table.talking_count(brusa.now) == 0);
-  // Nobody charges with it; what it gives nevertheless counts against it.
+  // It is not used for charging; its current is reported nevertheless.
   CHECK(brusa.table.current_mA(brusa.now).value == 8'000);
   CHECK(brusa.table.current_mA(brusa.now).taken_at == brusa.now - 100ms);
   CHECK(brusa.table.voltage_mV(brusa.now).value == 300'000);
@@ -81,7 +81,7 @@ TEST_CASE("reports whose values are no numbers are silence once they last", "[un
   Brusa brusa;
   brusa.hear_for(1s);
   REQUIRE(brusa.talks());
-  // No source has a charger of more than 1500 V: a report of 6553.5 V is none.
+  // No source documents a charger of more than 1500 V: a report of 6553.5 V is invalid.
   const CanFrame wild{.id = Brusa::values_id, .length = 8, .data = {0, 0, 0, 0, 0xFF, 0xFF, 0x03, 0x20}};
   REQUIRE(brusa.table.observe(wild, brusa.now));
   CHECK(brusa.talks());

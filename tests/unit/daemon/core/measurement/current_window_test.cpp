@@ -1,4 +1,4 @@
-// How much the current has swung since a moment: which samples count at the edges of that time.
+// Peak-to-peak current since an instant: which samples count at the edges of that time.
 #include "daemon/core/measurement/current_window.hpp"
 
 #include "tests/support/catch.hpp"
@@ -24,7 +24,7 @@ TEST_CASE("a swing is from the lowest to the highest sample, however close they 
   window.add(-2'000, start + 4ms);
   window.add(5'000, start + 10ms - 1ns);
   CHECK(window.swing_mA(start) == 7'000);
-  CHECK(window.swing_mA(start + 1h) == 7'000);  // the last moment that is known counts
+  CHECK(window.swing_mA(start + 1h) == 7'000);  // the last known sample counts
 }
 
 TEST_CASE("a swing does not overflow", "[unit][current]") {
@@ -70,7 +70,7 @@ TEST_CASE("the current at a moment lies between the samples on either side of it
   CHECK_FALSE(window.at(start, 40ms).has_value());
   window.add(1'000, start);
   CHECK(window.at(start, 40ms) == 1'000);
-  CHECK_FALSE(window.at(start + 1ms, 40ms).has_value());  // the next is not there yet
+  CHECK_FALSE(window.at(start + 1ms, 40ms).has_value());  // the next sample is missing
   CHECK_FALSE(window.at(start - 1ms, 40ms).has_value());
   window.add(3'000, start + 20ms);
   CHECK(window.at(start + 5ms, 40ms) == 1'500);
@@ -99,8 +99,8 @@ TEST_CASE("a span reaches from the last sample before a time to the first behind
   CHECK(width_mA(start, start) == -1);
   window.add(1'000, start);
   CHECK(width_mA(start, start) == 0);
-  CHECK(width_mA(start - 1ns, start) == -1);  // nothing before
-  CHECK(width_mA(start, start + 1ns) == -1);  // nothing behind
+  CHECK(width_mA(start - 1ns, start) == -1);  // no sample before
+  CHECK(width_mA(start, start + 1ns) == -1);  // no sample after
   window.add(3'000, start + 20ms);
   window.add(8'000, start + 40ms);
   CHECK(width_mA(start + 1ms, start + 19ms) == 2'000);

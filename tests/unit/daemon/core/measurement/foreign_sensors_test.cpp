@@ -1,5 +1,5 @@
-// Sensors of other makers, as they are read and configured: each driver through the wire and back, worked frames, and
-// what is not taken.
+// Sensors of other manufacturers, as they are read and configured: round trip of each driver, worked frames, and
+// rejected frames.
 #include <array>
 #include <vector>
 
@@ -29,7 +29,7 @@ CanFrame frame_of(std::uint32_t id, const std::vector<int>& bytes) {
   return frame;
 }
 
-/// The same frame in every form that is none of a sensor's.
+/// The same frame in every form that a sensor does not use.
 std::vector<CanFrame> others_of(const CanFrame& frame) {
   CanFrame error = frame;
   error.is_error = true;
@@ -72,7 +72,7 @@ TEST_CASE("the current of a LEM CAB is read from its frame, of six bytes or of e
 
 TEST_CASE("below zero of an Outlander's current sensor is discharge, and a LEM CAB has the sign of its mounting",
           "[unit][devices][sensors]") {
-  // Of a capture: the precharge discharges the pack with 7.7 A.
+  // From a capture: the precharge discharges the pack with 7.7 A.
   const CanFrame precharge = frame_of(0x3C2, {0x7F, 0xFF, 0xE1, 0xEC, 0xC8, 0, 0, 0});
   CHECK(outlander().take(precharge).current_mA == known(7'700));
   CHECK(outlander().report(known(7'700)) == precharge);
@@ -91,7 +91,7 @@ TEST_CASE("a frame at 3C2h with another b4 and a current that no LEM CAB measure
   CHECK(word_of({0x80, 0x0F, 0x42, 0x41, 0x40, 0, 0, 0}) == CurrentWord::refused);
   CHECK(word_of({0x80, 0x0F, 0x42, 0x40, 0x40, 0, 0, 0}) == CurrentWord::value);  // marked by the sensor
   CHECK(word_of({0x80, 0x0F, 0x42, 0x41, 0xC8, 0, 0, 0}) == CurrentWord::value);
-  CHECK(word_of({0xFF, 0xFF, 0xFF, 0xFF, 0x83, 0, 0, 0}) == CurrentWord::value);  // beyond the range, as it says
+  CHECK(word_of({0xFF, 0xFF, 0xFF, 0xFF, 0x83, 0, 0, 0}) == CurrentWord::value);  // out of range, as reported
 }
 
 TEST_CASE("a current that a LEM CAB marks, or cannot have measured, is none", "[unit][devices][sensors]") {
@@ -137,7 +137,7 @@ TEST_CASE("an order to an IVT-S comes out of its command as it went in", "[unit]
 TEST_CASE("what is none of these orders is none", "[unit][devices][sensors]") {
   CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x3D, 0, 0, 0, 0, 0, 0, 0})));        // as delivered
   CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 3, 0, 0, 0, 0, 0, 0})));        // another identifier
-  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 6, 0x24, 0, 0, 4, 0xD2, 0})));  // onto the traction pack's
+  CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x10, 6, 0x24, 0, 0, 4, 0xD2, 0})));  // identifier of the traction pack
   CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x28, 2, 0, 20, 0, 0, 0, 0})));       // no such channel
   CHECK_FALSE(ivt().order_of(frame_of(0x411, {0x20, 3, 0, 20, 0, 0, 0, 0})));       // no such trigger
   const CanFrame good = ivt().command({});
@@ -174,7 +174,7 @@ TEST_CASE("what an iso165C tells is taken as a whole", "[unit][devices][sensors]
   for (const auto& [b2, b4] : {std::pair{0x04, 0}, std::pair{0, 0x02}, std::pair{0, 0x04}}) {
     CHECK(report_of({0xF4, 1, b2, 0, b4, 0}).is_faulty);
   }
-  // A value that is none of now.
+  // Values that are not current.
   for (const auto& [b2, b4, b5] :
        {std::array{0x08, 0, 0}, std::array{0x10, 0, 0}, std::array{0, 1, 0}, std::array{0, 0, 1}}) {
     CHECK_FALSE(report_of({0xF4, 1, b2, 0, b4, b5}).resistance_Ohm.is_valid());

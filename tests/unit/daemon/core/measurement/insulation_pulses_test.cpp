@@ -1,5 +1,5 @@
-// An IR155 whose pulses are captured on a line of this machine: what follows from each word, from old ones and from
-// none.
+// IR155 with pulses captured on a GPIO line of this host: the effect of each reading, of stale ones and of missing
+// ones.
 #include "daemon/core/measurement/insulation_table.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -25,7 +25,7 @@ CoreConfig pulse_pack() {
   return config;
 }
 
-/// A bench whose monitor is captured, a whole period every 100 ms; the unit beside it says that its own is bad.
+/// Bench with a captured monitor, a whole period every 100 ms; the PDU reports its own monitor as not OK.
 struct PulseBench {
   test::CoreBench bench;
   ir155::Reading says{State::normal, known(900'000)};
@@ -93,7 +93,7 @@ TEST_CASE("more than the monitor can tell is a word, too", "[unit][insulation]")
 TEST_CASE("pulses that nobody tells any more are silence after 200 ms, whoever is to blame",
           "[unit][insulation][FS_3]") {
   InsulationTable table = table_of_pulses();
-  CHECK(table.word(TimePoint{1ms}).state == InsulationState::no_signal);  // never told
+  CHECK(table.word(TimePoint{1ms}).state == InsulationState::no_signal);  // no pulse yet
   ir155::Pwm pwm = ir155::encode({State::normal, known(300'000)});
   pwm.since_edge = 50ms;
   constexpr TimePoint told{100s};
@@ -101,7 +101,7 @@ TEST_CASE("pulses that nobody tells any more are silence after 200 ms, whoever i
   CHECK(table.word(told + 150ms).state == InsulationState::normal);
   CHECK(table.word(told + 150ms + 1ns).state == InsulationState::no_signal);
   CHECK_FALSE(table.word(told + 150ms + 1ns).resistance_Ohm.is_valid());
-  // A bus that was away says nothing about a line.
+  // The loss of a bus does not affect a GPIO line.
   table.forget_values();
   CHECK(table.word(told + 150ms).state == InsulationState::normal);
 }

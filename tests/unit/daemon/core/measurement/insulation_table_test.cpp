@@ -1,4 +1,4 @@
-// What follows from the word of an insulation monitor on a bus, and from its silence.
+// Evaluation of the reports of an insulation monitor on a bus, and of their absence.
 #include "daemon/core/measurement/insulation_table.hpp"
 
 #include <cstdint>
@@ -115,7 +115,7 @@ TEST_CASE("what a monitor says of itself counts at once", "[unit][insulation]") 
       {{.is_off = true}, InsulationState::device_error, true},
       {{.resistance_Ohm = known(20'000), .is_low = true}, InsulationState::normal, false},
       {{.resistance_Ohm = known(150'000), .is_warning = true}, InsulationState::normal, true},
-      {{}, InsulationState::normal, true},  // outdated: the last value holds for now
+      {{}, InsulationState::normal, true},  // outdated: the last value still applies
   };
   for (const Case& one : cases) {
     Bench bench;
@@ -161,7 +161,7 @@ TEST_CASE("a self-test that never comes keeps a pack open for twenty seconds, no
   bench.hear(good);
   CHECK_FALSE(bench.table.is_untested(bench.now));
   bench.now += 1s;
-  bench.hear(pending);  // it was switched off for a moment: no reason to wait again
+  bench.hear(pending);  // switched off momentarily: no new waiting time
   CHECK(bench.word().state == InsulationState::normal);
   CHECK(bench.table.is_untested(bench.now));
   bench.now += 3s;
@@ -180,7 +180,7 @@ TEST_CASE("a monitor that was switched off and on again is waited for anew, and 
     CHECK(bench.word().state == InsulationState::speed_start);
     bench.now += InsulationTable::test_wait - bench.table.silence_max();
     bench.hear(pending);
-    CHECK(bench.word().state == InsulationState::speed_start);  // by then silent for longer
+    CHECK(bench.word().state == InsulationState::speed_start);  // silent for longer than permitted by then
   }
   SECTION("silent for longer") {
     bench.now += InsulationTable::test_wait;
@@ -191,7 +191,7 @@ TEST_CASE("a monitor that was switched off and on again is waited for anew, and 
       CHECK(bench.word().state == InsulationState::speed_start);
       CHECK_FALSE(bench.word().resistance_Ohm.is_valid());
       CHECK(bench.word().taken_at == TimePoint{});
-      CHECK_FALSE(bench.word().awaits_first_test);  // it is no start
+      CHECK_FALSE(bench.word().awaits_first_test);  // not the first start
       CHECK_FALSE(bench.table.is_untested(bench.now));
     }
     bench.hear(pending);
@@ -209,14 +209,14 @@ TEST_CASE("the first test of all is waited for as long as the monitor talks, and
   MonitorReport pending = good;
   pending.is_test_pending = true;
   Bench bench;
-  CHECK_FALSE(bench.word().awaits_first_test);  // it has said nothing
+  CHECK_FALSE(bench.word().awaits_first_test);  // no report yet
   bench.hear(pending);
   CHECK(bench.word().awaits_first_test);
   bench.now += bench.table.silence_max();  // not yet silent
   bench.hear(pending);
   CHECK(bench.word().awaits_first_test);
   bench.hear({.is_earth_lost = true, .is_test_pending = true});
-  CHECK_FALSE(bench.word().awaits_first_test);  // what it says of itself comes first
+  CHECK_FALSE(bench.word().awaits_first_test);  // its own error report has priority
   bench.hear(pending);
   bench.now += bench.table.silence_max() + 1ms;
   CHECK_FALSE(bench.word().awaits_first_test);

@@ -1,4 +1,4 @@
-// Whether the inverter is there, who else speaks to it, and what the faults' rows and the gate make of it.
+// Presence of the inverter, another battery on its bus, and the results in the fault rows and the output gate.
 #include "daemon/core/measurement/inverter_watch.hpp"
 
 #include <initializer_list>
@@ -130,7 +130,7 @@ TEST_CASE("who else tells the inverter of a battery is remembered for a while", 
   CHECK(watched.watch.observe(data_frame(0x351, 8), closed));
   CHECK(watched.watch.has_foreign_battery(closed + InverterWatch::foreign_memory));
   CHECK_FALSE(watched.watch.has_foreign_battery(closed + InverterWatch::foreign_memory + 1ns));
-  CHECK(watched.watch.observe(data_frame(0x35E, 1), closed + 10s));  // of whatever length
+  CHECK(watched.watch.observe(data_frame(0x35E, 1), closed + 10s));  // of any length
   CHECK(watched.watch.foreign_at() == closed + 10s);
 }
 

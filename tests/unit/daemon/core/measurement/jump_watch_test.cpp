@@ -1,4 +1,4 @@
-// A temperature that jumps: believed only once a later sample says so, too.
+// Temperature jumps: accepted only if a later sample confirms them.
 #include "daemon/core/measurement/jump_watch.hpp"
 
 #include "tests/support/catch.hpp"
@@ -11,7 +11,7 @@ namespace {
 constexpr TimePoint start{100s};
 constexpr Duration answer_after = 4ms;
 
-/// One sensor, told 4 ms after each POLL.
+/// One sensor, received 4 ms after each POLL.
 class Told {
  public:
   Measured<std::int32_t> tell(std::int32_t temperature_dC, Duration at) {
@@ -37,7 +37,7 @@ TEST_CASE("what moves by 5 K a sample is believed at once, what moves further is
     CHECK(sensor.validity(250, 0ms) == Validity::valid);
     CHECK(sensor.validity(250 + sign * 50, 100ms) == Validity::valid);
     CHECK(sensor.validity(250 + sign * 101, 200ms) == Validity::doubtful);
-    CHECK(sensor.validity(250 + sign * 100, 300ms) == Validity::valid);  // measured from what was believed last
+    CHECK(sensor.validity(250 + sign * 100, 300ms) == Validity::valid);  // relative to the last accepted value
   }
 }
 
@@ -51,7 +51,7 @@ TEST_CASE("a value keeps its number and its time in doubt", "[unit][temperature]
 }
 
 TEST_CASE("a jump is believed from the first answer on that can only hold another sample", "[unit][temperature][F2]") {
-  // First told at 104 ms; the next sample is taken up to 500 ms later, by a clock that may be 1 % slow.
+  // First received at 104 ms; the next sample is taken up to 500 ms later, by a clock that may be 1 % slow.
   for (const auto& [asked_at, is_believed] :
        {std::pair{Duration{609ms - 1ns}, false}, std::pair{Duration{609ms}, true}}) {
     Told sensor;
@@ -98,7 +98,7 @@ TEST_CASE("without a former value there is no jump", "[unit][temperature][F2]") 
   CHECK(sensor.validity(250, 1s) == Validity::doubtful);
   Told silent;
   static_cast<void>(silent.tell(700, 0ms));
-  CHECK(silent.validity(250, 1s + 1ns) == Validity::valid);  // cooled down while nobody looked
+  CHECK(silent.validity(250, 1s + 1ns) == Validity::valid);  // cooled down while not measured
   CHECK_FALSE(silent.is_worth_asking(10s));
 }
 
@@ -122,7 +122,8 @@ TEST_CASE("behind a hole of a moment a jump is one, and its doubt begins anew", 
 
 namespace {
 
-/// When a sensor counts as not measured that tells nonsense in so many of its samples of 500 ms; zero: never.
+/// Time after which a sensor with this pattern of absurd and valid samples of 500 ms counts as not measured; zero:
+/// never.
 Duration given_up_after(int wild, int sound) {
   Told sensor;
   for (Duration at{}; at < 60s; at += 100ms) {
@@ -162,7 +163,7 @@ TEST_CASE("a wild temperature for one sample of a module leaves a closed pack cl
 TEST_CASE("a module whose temperature jumped is asked again when it has another sample, and a real jump opens",
           "[unit][core][F6]") {
   CoreConfig config = test::small_pack();
-  config.poll.temperature_every = 5;  // the next regular question comes after 500 ms
+  config.poll.temperature_every = 5;  // the next regular poll of it is after 500 ms
   config.ages.temperature = 1100ms;
   test::CoreBench bench(config);
   REQUIRE(bench.close());

@@ -1,4 +1,4 @@
-// Two modules under one node number: which contradictions are one answer, and for how long one is remembered.
+// Two modules with one node number: which conflicts belong to one answer, and how long a conflict is remembered.
 #include "daemon/core/measurement/module_table.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// A table in which node 1 was contradicted at `start`, in its answer to the POLL 5 ms before.
+/// Table with a conflict of node 1 at `start`, in its answer to the POLL 5 ms before.
 ModuleTable contradicted_once() {
   ModuleTable table;
   table.init(test::small_pack());
@@ -33,7 +33,7 @@ TEST_CASE("all frames between two questions are one answer and contradict once",
   table.note_conflict(1, start + 1ms);
   table.note_conflict(1, start + 100ms);
   CHECK(rival_seen_at(table) == TimePoint{});
-  table.begin_single(2, start + 110ms);  // another's question
+  table.begin_single(2, start + 110ms);  // poll of another module
   table.note_conflict(1, start + 111ms);
   CHECK(rival_seen_at(table) == TimePoint{});
 }

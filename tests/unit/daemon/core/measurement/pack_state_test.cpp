@@ -1,4 +1,4 @@
-// What modules and sensors add up to: what counts, what is left out, and what is then missing.
+// Pack state from modules and sensors: which values count, which are omitted, and which are then missing.
 #include "daemon/core/measurement/pack_state.hpp"
 
 #include "protocol/image.hpp"
@@ -104,7 +104,7 @@ TEST_CASE("what is not measured, in doubt or too old is missing, and makes the s
   CHECK(world.pack().cell_voltage_uV.count == 7);
   CHECK_FALSE(world.pack().is_complete());
   CHECK_FALSE(world.pack().cell_voltage_sum_mV.is_valid());
-  CHECK(world.pack().modules_answering == 2);  // it answered, and does not know
+  CHECK(world.pack().modules_answering == 2);  // it answered without a known value
   Summed old;
   old.feed.pass(250ms);
   CHECK(old.pack().is_complete());
@@ -137,7 +137,7 @@ TEST_CASE("each set that is incomplete makes the pack incomplete", "[unit][pack_
   bare.board_temperature_dC = {};
   CHECK(bare.is_complete());
   bare.cell_temperature_dC = {};
-  CHECK_FALSE(bare.is_complete());  // a pack without a temperature is none
+  CHECK_FALSE(bare.is_complete());  // a pack without a temperature is not complete
 }
 
 TEST_CASE("boards have the sensors that they have shown", "[unit][pack_state][F9]") {
@@ -219,7 +219,7 @@ TEST_CASE("of two current sensors the one that shows more counts, and one alone 
   Summed world;
   const TimePoint now = world.feed.now();
   world.sensors.current_2_mA = {-10'001, now, Validity::valid};
-  CHECK(world.pack().current_mA.value == 10'000);  // it has one sensor
+  CHECK(world.pack().current_mA.value == 10'000);  // the pack has one sensor
   world.config.sensor.has_second_current = true;
   CHECK(world.pack().current_mA.value == -10'001);
   world.sensors.current_2_mA.value = -10'000;
@@ -230,7 +230,7 @@ TEST_CASE("of two current sensors the one that shows more counts, and one alone 
   CHECK(world.pack().current_mA.value == 10'000);
   for (const Measured<std::int32_t>& useless :
        {Measured<std::int32_t>{90'000, now, Validity::unknown}, {90'000, now - 200ms - 1ns, Validity::valid}}) {
-    world.sensors.current_2_mA = useless;  // shows more, and is no measurement
+    world.sensors.current_2_mA = useless;  // larger, but not a valid measurement
     CHECK(world.pack().current_mA.value == 10'000);
     CHECK(world.pack().current_mA.is_valid());
   }

@@ -1,4 +1,4 @@
-// Why a result or a pulse is no value, and how often it was for that reason.
+// Reasons to reject a result or a pulse, and the counters of each reason.
 #include "daemon/core/measurement/refused_values.hpp"
 
 #include <utility>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr TimePoint start{100s};
 
-/// A signal whose last period has just ended.
+/// Signal with a period that has just ended.
 ir155::Pwm pwm_of(std::int32_t frequency_mHz, std::int32_t duty_permille) {
   return {.frequency_mHz = frequency_mHz, .duty_permille = duty_permille};
 }
@@ -67,7 +67,7 @@ TEST_CASE("a period of pulses is counted once, however often it is told, and sil
   RefusedPulses pulses;
   ir155::Pwm pwm = pwm_of(25'000, 500);
   pulses.observe(pwm, start);
-  pwm.since_edge = 10ms;  // it fell again; the period is the one before
+  pwm.since_edge = 10ms;  // another falling edge; the period is still the previous one
   pulses.observe(pwm, start + 10ms);
   pwm.since_edge = 10ms + 1us;  // ages are rounded up
   pulses.observe(pwm, start + 10ms);

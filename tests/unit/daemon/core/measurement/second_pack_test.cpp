@@ -1,4 +1,4 @@
-// A second pack that is listened to: what is taken of it, and that silence is not known and not zero.
+// Second pack received on a bus: the values that are used; during silence they are unknown, not zero.
 #include "daemon/core/measurement/second_pack.hpp"
 
 #include <initializer_list>
@@ -66,7 +66,7 @@ TEST_CASE("a second pack that falls silent is not known, and does not become emp
   CHECK(pack.soc_permille(heard + 1s + SecondPack::age_max + 1ms) == std::nullopt);
   CHECK_FALSE(pack.is_silent(heard + 1s + SecondPack::age_max));
   CHECK(pack.is_silent(heard + 1s + SecondPack::age_max + 1ms));
-  // It still talks, but not of its charge any more.
+  // It still sends, but no longer its SOC.
   REQUIRE(pack.observe(frame_of(0x644, {0, 0, 0, 0, 0, 0}), heard + 6s));
   CHECK(pack.soc_permille(heard + 6s) == std::nullopt);
   CHECK_FALSE(pack.is_silent(heard + 6s));
@@ -100,11 +100,11 @@ TEST_CASE("states and percentages of a second pack that there are not are counte
   CHECK(iha.values_out_of_range() == 1);
   std::vector<std::uint8_t> charge = charge_of_72_percent;
   charge[0] = 101;  // state of charge
-  charge[6] = 101;  // and of health
+  charge[6] = 101;  // state of health
   REQUIRE(iha.observe(frame_of(0x646, charge), heard));
   CHECK(iha.values().soh_permille.validity == Validity::out_of_range);
   CHECK(iha.values_out_of_range() == 3);
-  charge[0] = charge[6] = 0xFF;  // not known, which is no fault
+  charge[0] = charge[6] = 0xFF;  // unknown, which is not an error
   REQUIRE(iha.observe(frame_of(0x646, charge), heard));
   CHECK(iha.values_out_of_range() == 3);
   CHECK(iha.frames_refused() == 0);
@@ -116,7 +116,7 @@ TEST_CASE("states and percentages of a second pack that there are not are counte
   for (const std::uint8_t state : std::initializer_list<std::uint8_t>{0, 4, 8, 13})
     CHECK(says(original, state) == Validity::valid);
   CHECK(original.values_out_of_range() == 7);
-  SecondPack elithion = listening(VehicleDialect::elithion);  // bits
+  SecondPack elithion = listening(VehicleDialect::elithion);  // bit fields
   CHECK(says(elithion, 0x1F) == Validity::valid);
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("the core tells a second pack's charge as SOC2, and its silence as unk
   bench.run(5s);
   CHECK(soc_2() == 0xFF);
   CHECK(bench.is_active(FaultId::second_pack_silent));
-  CHECK(bench.core().sequence().phase == Phase::closed);  // it is not ours to open for
+  CHECK(bench.core().sequence().phase == Phase::closed);  // no reason to open this pack
   talks = true;
   bench.run(3s);
   CHECK(soc_2() == 72);
@@ -200,7 +200,7 @@ TEST_CASE("the core tells a second pack's charge as SOC2, and its silence as unk
 
 TEST_CASE("a second pack is heard on its own bus alone", "[unit][core][second_pack]") {
   CoreConfig config = test::small_pack();
-  config.second_pack.base_id = 0x620;  // as ours, but elsewhere
+  config.second_pack.base_id = 0x620;  // same as this pack's, but on another bus
   config.served_by[static_cast<std::size_t>(Port::second_pack)] = Port::second_pack;
   test::CoreBench bench(config);
   bench.run(1s);

@@ -1,4 +1,4 @@
-// The conversation with a sensor that is configured over the bus, step by step.
+// Configuration of a sensor over the bus, step by step.
 #include "daemon/core/measurement/sensor_setup.hpp"
 
 #include <array>
@@ -20,7 +20,7 @@ const SensorSetUpDriver& ivt() {
   return *find_device("ivt_s")->set_up;
 }
 
-/// A sensor that obeys, and who asks it.
+/// Sensor that follows its commands, and the setup that sends them.
 struct Bench {
   SensorConfig config;
   SensorSetup setup;
@@ -55,7 +55,7 @@ struct Bench {
     ++stored;
     return {.word = SetUpWord::stored};
   }
-  /// A tick of 10 ms, the answer within it.
+  /// Executes a tick of 10 ms, including the answer.
   void tick() {
     now += 10ms;
     const std::optional<CanFrame> command = setup.step(now, is_commanded);
@@ -239,7 +239,7 @@ TEST_CASE("each question has three tries, half a second apart", "[unit][sensors]
 TEST_CASE("a sensor that does not know the command is not used", "[unit][sensors]") {
   Bench bench;
   bench.answers = false;
-  bench.hear({.word = SetUpWord::not_understood});  // nobody has asked yet
+  bench.hear({.word = SetUpWord::not_understood});  // no request sent yet
   CHECK_FALSE(bench.setup.has_failed());
   bench.tick();
   bench.hear({.word = SetUpWord::not_understood});
@@ -274,7 +274,7 @@ TEST_CASE("an answer to an order that has not been given leads nowhere", "[unit]
   Bench bench({.is_configured = true, .is_stored = true});
   bench.settings[0].period_ms = 100;
   while (bench.stored == 0) bench.tick();
-  REQUIRE(bench.setup.stage() == SensorSetupStage::starting);  // and its order comes with the next tick
+  REQUIRE(bench.setup.stage() == SensorSetupStage::starting);  // and its command follows with the next tick
   bench.hear({.word = SetUpWord::running});
   CHECK_FALSE(bench.is_good());
   bench.tick();
@@ -310,7 +310,7 @@ TEST_CASE("what is read counts once it is read to its end, whatever comes in bet
 
 TEST_CASE("an answer that comes twice, or late, changes nothing", "[unit][sensors]") {
   Bench bench({.is_configured = true});
-  bench.run(30ms);  // the third answer is in, and waits to be judged
+  bench.run(30ms);  // the third answer is received, but not checked yet
   bench.hear({SetUpWord::setting, 2, bench.settings[2]});
   bench.hear({.word = SetUpWord::not_understood});
   CHECK_FALSE(bench.setup.has_failed());
@@ -338,7 +338,7 @@ TEST_CASE("a sensor is configured in its order: stop, set, read back, run", "[un
 TEST_CASE("what was set is stored only where the pack file says so, and only then", "[unit][sensors]") {
   Bench bench({.is_configured = true, .is_stored = true});
   bench.run(300ms);
-  CHECK(bench.kinds() == Kinds{ask, ask, ask, start});  // it was right
+  CHECK(bench.kinds() == Kinds{ask, ask, ask, start});  // the settings were correct
   CHECK(bench.stored == 0);
   bench.settings[1].period_ms = 30;
   bench.setup.start_over();
@@ -395,7 +395,7 @@ TEST_CASE("what was configured anew is told of each result until the sensor is r
   CHECK(bench.setup.changed()[2] == SensorSetupProblem{byte_order, 2, 1, 0});
   bench.hear({.word = SetUpWord::alive});
   CHECK(troubles(bench) == Troubles{});
-  // It starts once more in the middle of being configured: what was found before that counts, too.
+  // It restarts during the configuration: the troubles found before still count.
   bench.settings[1].is_little_endian = true;
   while (bench.orders.back().kind != stop) bench.tick();
   CHECK(troubles(bench) == Troubles{none, byte_order, none});
@@ -546,7 +546,7 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
 
 namespace {
 
-/// A second sensor at 531h, whose command and answer were given other identifiers.
+/// Second sensor at 531h, with other identifiers for its command and answer.
 struct SecondBench {
   SensorSetup setup;
   TimePoint now{100s};

@@ -1,5 +1,5 @@
-// What sensor, unit and lines say, taken over and made one: a "no" of either holds, a wish of either counts, a contact
-// that either says is closed is closed.
+// Values of sensor, PDU and GPIO inputs, received and merged: a "not OK" of either applies, a close request of either
+// counts, a contact that either reports closed is closed.
 #include "daemon/core/measurement/sensor_table.hpp"
 
 #include <array>
@@ -28,7 +28,7 @@ CanFrame word(InsulationState state, SignalValue resistance_Ohm) {
   return frame;
 }
 
-/// A pack with lines for everything, and a unit beside them or not.
+/// Pack with GPIO lines for everything, with a PDU or without.
 CoreConfig with_lines(bool has_unit) {
   CoreConfig config = test::small_pack();
   config.contactors.has_pdu = has_unit;

@@ -1,4 +1,4 @@
-// Node numbers given by serial number: what is refused, what the bus sees, and what counts as done.
+// Assignment of node numbers by serial number: refusals, frames on the bus, and the condition for success.
 #include "daemon/core/modules/module_assignment.hpp"
 
 #include <algorithm>
@@ -75,7 +75,7 @@ TEST_CASE("every reason against giving a node number is named", "[unit][modules]
 TEST_CASE("the command goes out three times, and only the module's own word counts", "[unit][modules][MMU_N]") {
   ModuleAssignment assignment;
   REQUIRE(assignment.ask(wish, all_well, start) == AssignmentRefusal::none);
-  CHECK_FALSE(assignment.observe_identity(3, 4711, start));  // of before the command
+  CHECK_FALSE(assignment.observe_identity(3, 4711, start));  // from before the command
   int commands = 0;
   int questions = 0;
   bool has_ended = false;
@@ -102,7 +102,7 @@ TEST_CASE("how an assignment ends: taken, another one there, nobody there", "[un
   CHECK(taken.observe_identity(3, 4711, start + 30ms));
   CHECK(taken.stage() == AssignmentStage::taken);
   CHECK(taken.ended_at() == start + 30ms);
-  CHECK_FALSE(taken.observe_identity(3, 4711, start + 40ms));  // once
+  CHECK_FALSE(taken.observe_identity(3, 4711, start + 40ms));  // only once
   CHECK_FALSE(taken.step(start + 2s).has_ended);
 
   ModuleAssignment other;
@@ -131,7 +131,7 @@ TEST_CASE("a module on a wrong node is given its own, and the pack closes", "[un
   REQUIRE(bench.is_active(FaultId::unknown_module));
   bench.observe(assign(1002, 2, false, Authority::user));
   bench.run(100ms);
-  CHECK(bench.core().assignment().stage() == AssignmentStage::none);  // somebody without authority
+  CHECK(bench.core().assignment().stage() == AssignmentStage::none);  // no authorisation
   bench.observe(assign(1002, 2));
   REQUIRE(bench.run_until([&] { return !bench.core().assignment().is_asking(); }, 2s));
   CHECK(bench.core().assignment().stage() == AssignmentStage::taken);
@@ -163,7 +163,7 @@ TEST_CASE("a module that got its node is no extra module any more, at once", "[u
 TEST_CASE("while the key is on nobody gets a node, whether or not what it asked for was refused",
           "[unit][core][MMU_N]") {
   CoreBench bench(small_pack());
-  bench.inputs.vehicle_on = true;  // since before we started: no request
+  bench.inputs.vehicle_on = true;  // on since before the start: no request
   bench.run(3s);
   REQUIRE_FALSE(bench.core().is_close_requested());
   bench.observe(assign(1002, 9));
@@ -178,7 +178,7 @@ TEST_CASE("modules that all came with one number are told apart by their serial 
   bench.modules[1].cell_voltage_uV.fill(known(3'690'000));
   bench.run(7s);
   REQUIRE(bench.is_active(FaultId::duplicate_node));
-  bench.observe(assign(1002, 2, true));  // it is not heard behind the other one
+  bench.observe(assign(1002, 2, true));  // not received because of the other one
   REQUIRE(bench.run_until([&] { return !bench.core().assignment().is_asking(); }, 2s));
   CHECK(bench.core().assignment().stage() == AssignmentStage::taken);
   CHECK(bench.modules[1].node == 2);

@@ -1,4 +1,4 @@
-// What is said to all modules reaches each of them, in every life of the daemon: against the emulated module and the
+// Broadcast commands reach every module in every session of the daemon: tested with the emulated module and with the
 // one that was written from the protocol page alone.
 #include "daemon/core/modules/module_broadcasts.hpp"
 
@@ -22,7 +22,7 @@ naive::Frame plain(const CanFrame& frame) {
   return plain;
 }
 
-/// One module of each kind at node 3, and masters who talk to both.
+/// One module of each kind at node 3; the masters command both.
 class BothKinds {
  public:
   BothKinds() {
@@ -65,7 +65,7 @@ class BothKinds {
   std::uint8_t poll_counter_ = 100;
 };
 
-/// One life of a master, as far as broadcasts go.
+/// One session of a master, reduced to broadcasts.
 class Life {
  public:
   Life(BothKinds& modules, std::uint8_t first_counter) : modules_(modules) {
@@ -111,11 +111,11 @@ TEST_CASE("what is said to all is heard in a second life that counts from anywhe
       Life first(modules, 7);
       first.broadcasts.stop();
       first.run(100ms);
-      REQUIRE(first.commands == 2);  // 7 and 8 are what they heard
+      REQUIRE(first.commands == 2);  // the modules have received 7 and 8
       Life second(modules, static_cast<std::uint8_t>(8 + ahead));
       modules.bleed(1);
       REQUIRE(modules.are_bleeding());
-      // The frame whose counter they have heard, and another one that gets lost, are two.
+      // A frame with a counter that they have already received is ignored; with a lost frame that would be two.
       second.is_lost = [&](int number) { return ahead != 0 && number == lost; };
       second.broadcasts.stop();
       second.run(100ms);
@@ -137,7 +137,7 @@ TEST_CASE("modules are told to sleep until none answers, in every life", "[unit]
       second.is_lost = [lost](int number) { return number <= lost; };
       second.broadcasts.sleep();
       second.run(1s);
-      modules.run(1500ms);  // whom the last question has woken
+      modules.run(1500ms);  // in case the last poll has woken one
       INFO("begins " << ahead << " behind the last, lost: " << lost);
       CHECK_FALSE(second.has_given_up);
       CHECK(modules.bench.mmu.is_asleep());

@@ -1,4 +1,4 @@
-// Who belongs on which node, who is there, and what the core makes of it: remembered, exchanged, swapped, doubled.
+// Registered and present modules of each node, and the reaction of the core: registered, replaced, swapped, duplicate.
 #include "daemon/core/modules/module_roster.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using bmu::test::small_pack;
 
 namespace {
 
-/// Three nodes, and what was remembered of them: 101, 102, 103.
+/// Three nodes with the registered serial numbers 101, 102, 103.
 struct Roster {
   explicit Roster(std::optional<std::uint32_t> named_at_1 = {}) : feed(pack(named_at_1)) {
     roster.init(feed.config());
@@ -46,7 +46,7 @@ CanFrame ident_frame(std::uint8_t node, std::uint32_t serial_number) {
   return frame;
 }
 
-/// What the modules of the pack file say to the first POLL does not arrive: they may be changed before they are heard.
+/// Drops the answers of the modules to the first POLL, so that a test can change them before they are received.
 void lose_first_answers(CoreBench& bench) {
   bench.is_lost = [&bench](const CanFrame&) { return bench.now() < TimePoint{1s} + 50ms; };
 }
@@ -98,13 +98,13 @@ TEST_CASE("the pack file's serial number counts, whatever was remembered", "[uni
   const ModuleRecord& module = *named.feed.modules().find(1);
   CHECK(named.roster.reason_against_accepting(module, named.feed.now()) == AcceptRefusal::named_otherwise);
   CHECK_FALSE(named.roster.accept(module, named.feed.now()));
-  named.feed.pass(20s);  // so that nobody is taken for two
+  named.feed.pass(20s);  // so that no duplicate node is detected
   named.says(1, 777);
   named.feed.pass(20s);
   CHECK(named.finding(1).place == ModulePlace::expected);
   CHECK(to_text(named.roster.reason_against_accepting(module, named.feed.now())) == "none");
   CHECK(named.roster.accept(module, named.feed.now()));
-  CHECK(named.roster.known()[1].serial_number == 101);  // the file is enough
+  CHECK(named.roster.known()[1].serial_number == 101);  // the file is sufficient
 }
 
 TEST_CASE("remembered is who speaks alone where nobody was known", "[unit][modules][BMS_F.2]") {
@@ -114,7 +114,7 @@ TEST_CASE("remembered is who speaks alone where nobody was known", "[unit][modul
   CHECK_FALSE(roster.remember(feed.modules(), feed.now()));
   feed.identity(1, {.serial_number = 5});
   feed.identity(2, {.serial_number = 6});
-  feed.identity(2, {.serial_number = 7});  // two of them
+  feed.identity(2, {.serial_number = 7});  // two modules
   CHECK(roster.remember(feed.modules(), feed.now()));
   CHECK(roster.known()[1] == KnownModule{true, 5});
   CHECK_FALSE(roster.known()[2].is_known);
@@ -144,7 +144,7 @@ TEST_CASE("who is accepted belongs there and nowhere else", "[unit][modules]") {
   CHECK(moved.roster.accept(*moved.feed.modules().find(1), moved.feed.now()));
   CHECK(moved.roster.known()[1] == KnownModule{true, 102});
   CHECK_FALSE(moved.roster.known()[2].is_known);
-  CHECK_FALSE(moved.roster.accept(*moved.feed.modules().find(3), moved.feed.now()));  // nobody there
+  CHECK_FALSE(moved.roster.accept(*moved.feed.modules().find(3), moved.feed.now()));  // no module there
 }
 
 TEST_CASE("strangers are known by node and serial number for as long as they talk", "[unit][modules][F31]") {
@@ -157,11 +157,11 @@ TEST_CASE("strangers are known by node and serial number for as long as they tal
   CHECK(pack.roster.unidentified_stranger(now) == 0);
   CHECK(pack.roster.stranger(9).serial_number == 103);
   CHECK(pack.roster.stranger(9).cell_count == 8);
-  CHECK(pack.finding(3).seen_at == 9);  // that is where the missing one went
+  CHECK(pack.finding(3).seen_at == 9);  // the missing module was found there
   CHECK(pack.roster.is_stranger(9, now + stranger_memory));
   CHECK_FALSE(pack.roster.is_stranger(9, now + stranger_memory + 1ns));
   pack.roster.observe_stranger(internal_bus::status, 9, make_frame(internal_bus::status, 9), now + 10s);
-  CHECK(pack.roster.unidentified_stranger(now + 10s) == 9);  // may be another one by now
+  CHECK(pack.roster.unidentified_stranger(now + 10s) == 9);  // may be another module by now
 }
 
 // --- within the core ------------------------------------------------------------------------------------------------
@@ -194,7 +194,7 @@ TEST_CASE("an exchanged module refuses to close until somebody with authority ac
 
 namespace {
 
-/// Cells whose voltages say how full they are after two seconds of rest.
+/// Cells with voltages that show their SOC after two seconds of rest.
 CoreConfig telling_pack() {
   CoreConfig config = small_pack();
   config.cell.ocv.clear();
@@ -214,7 +214,7 @@ bool knows_cells_of(const CoreBench& bench, std::size_t module) {
   return knows;
 }
 
-/// Everything learned at rest, then a current: nothing more is learned.
+/// Learns all cells at rest, then draws a current: nothing more is learned.
 void learn_and_draw(CoreBench& bench) {
   bench.run(5s);
   REQUIRE(bench.core().cell_charges().known_cells() == 8);
@@ -236,8 +236,8 @@ TEST_CASE("what was learned of cells ends with their module: exchanged, accepted
     CHECK_FALSE(knows_cells_of(bench, 1));
     CHECK(knows_cells_of(bench, 0));
     bench.current_mA = 0;
-    bench.run(60s);                     // until nobody takes the two of them for two at once
-    REQUIRE(knows_cells_of(bench, 1));  // of those that are there now
+    bench.run(60s);                     // until the two no longer count as duplicates
+    REQUIRE(knows_cells_of(bench, 1));  // of the present cells
     bench.current_mA = 5'000;
     bench.run(1s);
     give(bench, accept(2));
@@ -314,7 +314,7 @@ TEST_CASE("while it is not known whether somebody was known, nobody is remembere
   CHECK_FALSE(bench.core().persistent().modules[1].is_known);
   bench.observe(HealthSeen{});
   bench.run(2s);
-  CHECK_FALSE(bench.core().persistent().modules[1].is_known);  // the fault is still there
+  CHECK_FALSE(bench.core().persistent().modules[1].is_known);  // the fault is still present
   bench.observe(CommandGiven{.command = Command::clear_faults, .authority = Authority::service});
   bench.run(1s);
   CHECK(bench.core().persistent().modules[1] == KnownModule{true, 1001});

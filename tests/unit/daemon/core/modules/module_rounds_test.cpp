@@ -1,4 +1,4 @@
-// When modules of another maker are asked, and whether they may be left alone.
+// Poll times of modules of another manufacturer, and whether their bleeding has stopped.
 #include "daemon/core/modules/module_rounds.hpp"
 
 #include "tests/support/catch.hpp"
@@ -15,7 +15,7 @@ ModuleRounds begun(std::uint8_t start_rounds = 0) {
   rounds.init(start_rounds, start);
   return rounds;
 }
-/// A round a period, at `start` the first.
+/// One round per period, the first at `start`.
 struct Rounds {
   ModuleRounds rounds = begun();
   TimePoint now = start - period;
@@ -38,7 +38,7 @@ TEST_CASE("modules of another maker are asked once a period, from the start on",
   CHECK(rounds.is_due(start + period, period));
   rounds.begin(start + period, false);
   CHECK(rounds.count() == 2);
-  // After a gap no burst catches up.
+  // After a gap no burst follows.
   CHECK(rounds.is_due(start + 950ms, period));
   rounds.begin(start + 950ms, false);
   CHECK_FALSE(rounds.is_due(start + 1'049ms, period));
@@ -76,7 +76,7 @@ TEST_CASE("modules that are told to bleed are not left, and once told to stop a 
   CHECK_FALSE(bench.may_leave_now());
   CHECK_FALSE(bench.may_leave_next());
   bench.ask(false);
-  CHECK_FALSE(bench.may_leave_now());  // the bus may not have taken it
+  CHECK_FALSE(bench.may_leave_now());  // the bus may not have accepted it
   CHECK(bench.may_leave_next());
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("a start that asks for nothing has told modules to stop", "[unit][core
   Rounds bench;
   bench.ask(true);
   bench.rounds.start_over(bench.now);
-  CHECK_FALSE(bench.may_leave_next());  // nothing was said since
+  CHECK_FALSE(bench.may_leave_next());  // nothing has been sent since
   bench.ask(false);
   CHECK(bench.may_leave_next());
 }

@@ -1,4 +1,4 @@
-// How fast modules are asked, who is asked alone, and how their answers are counted.
+// Poll rates, single polls, and the statistics of answers.
 #include "daemon/core/modules/poll_pace.hpp"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ bool is_broadcast(const OutgoingFrame& out) {
   return out.port == Port::internal && out.frame.id == internal_bus::poll.base_id && out.frame.data[0] == 0;
 }
 
-/// Broadcast POLLs sent while `duration` passes.
+/// Number of broadcast POLLs sent within `duration`.
 std::ptrdiff_t polls_in(CoreBench& bench, Duration duration) {
   const auto before = static_cast<std::ptrdiff_t>(bench.sent().size());
   bench.run(duration);
@@ -65,7 +65,7 @@ TEST_CASE("fast is for suspicions, and for limits and changes of a pack that is 
   PollPacer pacer;
   pacer.init(three_paces, start);
   PaceInputs in = quiet(start);
-  in.changes_current = true;  // of the sensor's noise, in an open pack
+  in.changes_current = true;  // caused by sensor noise, in an open pack
   CHECK(pacer.step(in) == PollPace::active);
   in.is_open = false;
   CHECK(pacer.step(in) == PollPace::fast);
@@ -109,7 +109,7 @@ TEST_CASE("parked, cell voltages are left what all answers may take when active"
   const auto parked_ages = [](Duration cell_voltage) {
     return ages_at(PollPace::parked, {.cell_voltage = cell_voltage}, three_paces);
   };
-  CHECK(parked_ages(249ms).cell_voltage == 1'050ms);  // 49 ms beyond two periods: less than there is at least
+  CHECK(parked_ages(249ms).cell_voltage == 1'050ms);  // 49 ms beyond two periods: below the minimum
   CHECK(parked_ages(250ms).cell_voltage == 1'050ms);
   CHECK(parked_ages(251ms).cell_voltage == 1'051ms);
   CHECK(parked_ages(290ms).cell_voltage == 1'090ms);
@@ -142,7 +142,7 @@ TEST_CASE("a pace that rises asks at once if it is time by then", "[unit][pollin
   CHECK_FALSE(schedule.step(start + 40ms, 50ms, true).is_due);
   CHECK(schedule.step(start + 50ms, 50ms, true).is_due);
   CHECK_FALSE(schedule.step(start + 60ms, 500ms, true).is_due);
-  CHECK_FALSE(schedule.step(start + 99ms, 500ms, true).is_due);  // set at the pace of then
+  CHECK_FALSE(schedule.step(start + 99ms, 500ms, true).is_due);  // set at the poll rate of that time
   CHECK(schedule.step(start + 100ms, 500ms, true).is_due);
   CHECK_FALSE(schedule.step(start + 599ms, 500ms, true).is_due);
   CHECK(schedule.step(start + 600ms, 500ms, true).is_due);
@@ -155,7 +155,7 @@ TEST_CASE("who is in a hurry lets the answers to the last POLL pass: 100 ms at a
   schedule.hurry();
   CHECK_FALSE(schedule.step(start + 99ms, 500ms, true).is_due);
   CHECK(schedule.step(start + 100ms, 500ms, true).is_due);
-  CHECK_FALSE(schedule.step(start + 599ms, 500ms, true).is_due);  // once
+  CHECK_FALSE(schedule.step(start + 599ms, 500ms, true).is_due);  // only once
 }
 
 TEST_CASE("who is in a hurry just after a slow POLL waits for a period of the new pace", "[unit][polling]") {

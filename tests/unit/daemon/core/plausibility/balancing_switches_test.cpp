@@ -1,4 +1,4 @@
-// What modules say of their switches, against what they were told: what was bled, and who disobeys.
+// Reported balancing switches compared with the commands: the bled charge, and mismatches.
 #include "daemon/core/plausibility/balancing_switches.hpp"
 
 #include "protocol/tables/internal_bus.hpp"
@@ -9,14 +9,14 @@ using namespace bmu;
 
 namespace {
 
-/// Two modules of four cells, which say at times of the test's choice what is on.
+/// Two modules of four cells that report their switches at times set by the test.
 struct Bench {
   Bench() {
     modules.init(config);
     switches.init(config);
   }
 
-  /// A whole answer of a module: cells at 4 V, and these switches on.
+  /// Delivers a complete answer of a module: cells at 4 V, and these switches on.
   void say(std::uint8_t node, std::uint16_t on, const ModuleStatus& said = {.mode = internal_bus::Mode::normal}) {
     using namespace internal_bus;
     modules.begin_cycle(now, {});
@@ -42,7 +42,7 @@ struct Bench {
     say(1, first);
     say(2, second);
   }
-  /// Every 100 ms until so much has passed.
+  /// Delivers both answers every 100 ms for this duration.
   void keep(std::uint16_t first, std::uint16_t second, Duration duration) {
     for (const TimePoint end = now + duration; now < end;) {
       now += 100ms;
@@ -74,7 +74,7 @@ TEST_CASE("nothing is known before a module has spoken, off is as it should be",
   CHECK_FALSE(bench.switches.stays_off().is_known);
   CHECK_FALSE(bench.switches.are_all_off(bench.now - 1s));
   bench.say(1, 0);
-  CHECK_FALSE(bench.switches.are_all_off(bench.now - 1s));  // the other has not spoken
+  CHECK_FALSE(bench.switches.are_all_off(bench.now - 1s));  // the other has not answered
   bench.say(2, 0);
   CHECK(bench.switches.are_all_off(bench.now - 1ns));
   CHECK_FALSE(bench.switches.are_all_off(bench.now));
@@ -102,7 +102,7 @@ TEST_CASE("a cell told to bleed is on for its minutes and off again: nobody diso
   CHECK(bench.switches.minutes_told(1, 1) == 2);
   CHECK(bench.switches.minutes_told(1, 0) == 0);
   CHECK(bench.switches.minutes_told(0, 1) == 0);
-  bench.keep(0, 0, 900ms);  // until the module's mark
+  bench.keep(0, 0, 900ms);  // until the next mark of the module
   bench.keep(0, cell_2, 120s);
   CHECK(bench.switches.is_any_on());
   CHECK(bench.switches.on(1) == cell_2);
@@ -130,7 +130,7 @@ TEST_CASE("a switch that does not come on is remembered until it does", "[unit][
   CHECK(bench.switches.stays_off().element == Element{.module_node = 1, .number = 2, .pack_number = 2});
   CHECK_FALSE(is_true(bench.switches.stays_on()));
   bench.keep(0, 0, 130s);
-  CHECK_FALSE(bench.switches.is_any_told());  // its time is over, whatever it did
+  CHECK_FALSE(bench.switches.is_any_told());  // its time has elapsed, whatever the switch did
   CHECK(is_true(bench.switches.stays_off()));
   bench.switches.note_told(0, two_minutes_for_2, bench.now);
   bench.keep(cell_2, 0, 100ms);
@@ -144,7 +144,7 @@ TEST_CASE("a switch that is on without having been told is unwanted at once, and
   CHECK(bench.switches.has_unwanted(1));
   CHECK_FALSE(bench.switches.has_unwanted(0));
   bench.keep(0, cell_4, obey_max - 100ms);
-  bench.switches.note_stopped(1);  // said again and again, and not obeyed
+  bench.switches.note_stopped(1);  // sent repeatedly, without effect
   CHECK_FALSE(is_true(bench.switches.stays_on()));
   bench.keep(0, cell_4, 100ms);
   REQUIRE(is_true(bench.switches.stays_on()));
@@ -152,7 +152,7 @@ TEST_CASE("a switch that is on without having been told is unwanted at once, and
   CHECK(bench.switches.stays_on().taken_at == bench.now);
   bench.keep(0, 0, 100ms);
   CHECK_FALSE(is_true(bench.switches.stays_on()));
-  bench.keep(0, cell_4, 100ms);  // a moment is nothing
+  bench.keep(0, cell_4, 100ms);  // too short for a mismatch
   CHECK_FALSE(is_true(bench.switches.stays_on()));
 }
 
@@ -203,7 +203,7 @@ TEST_CASE("a switch that is off for a moment goes on with its minutes", "[unit][
   bench.both(0, 0);
   bench.switches.note_told(0, two_minutes_for_2, bench.now);
   bench.keep(cell_2, 0, 100s);
-  bench.keep(0, 0, obey_max - 200ms);  // it measures, say
+  bench.keep(0, 0, obey_max - 200ms);  // e.g. for a measurement
   bench.keep(cell_2, 0, 1s);
   CHECK(bench.switches.is_any_told());
   CHECK_FALSE(bench.switches.has_unwanted(0));

@@ -1,4 +1,4 @@
-// What is remembered of the buses, and for how long.
+// Events of the buses, and how long they are remembered.
 #include "daemon/core/plausibility/bus_watch.hpp"
 
 #include "tests/support/catch.hpp"
@@ -30,7 +30,7 @@ TEST_CASE("a stranger among the modules has to speak twice, and is remembered fo
   BusWatch watch;
   CHECK(watch.unknown_module(start) == 0);
   watch.note_unknown_module(9, start);
-  CHECK(watch.unknown_module(start) == 0);  // one frame is chance
+  CHECK(watch.unknown_module(start) == 0);  // one frame may be accidental
   watch.note_unknown_module(9, start);
   CHECK(watch.unknown_module(start) == 0);  // twice the same one
   watch.note_unknown_module(9, start + 5s);

@@ -1,4 +1,4 @@
-// What chargers say, held against what was asked and against the pack's sensor; and what is asked for, tick by tick.
+// Charger reports compared with the request and with the pack's sensor; and the request itself, tick by tick.
 #include "daemon/core/plausibility/charger_watch.hpp"
 
 #include <span>
@@ -20,7 +20,7 @@ const ChargerDriver& elcon() {
   return *find_device("elcon_tc")->charger;
 }
 
-/// Two units that say what they are told to, once a second, and a watch over them.
+/// Two chargers that report the values set by the test once a second, and their monitor.
 struct Bench {
   ChargerConfig config{.driver = &elcon(), .unit_count = 2};
   ChargerTable table;
@@ -30,7 +30,7 @@ struct Bench {
   std::int32_t sensed_mA = 0;               // out of the pack
   std::vector<std::int32_t> told_mA{0, 0};  // by each unit
   std::int32_t told_mV = 300'000;
-  bool reports_current = true;  // else more than any charger has
+  bool reports_current = true;  // otherwise more than any charger can supply
   std::vector<bool> talks{true, true};
   ChargerWatchInputs in{.is_plugged_in = true, .is_alone = true, .asked_mV = 400'000};
 
@@ -94,7 +94,7 @@ TEST_CASE("a unit that the pack file does not have is not counted, a broken fram
   CHECK(bench.table.talking_count(bench.now) == 0);
   CHECK_FALSE(bench.table.observe(data_frame(0x123, 8), bench.now));
   CHECK(bench.table.foreign_command_at() == TimePoint{});
-  CHECK(bench.table.observe(elcon().command(2, {}), bench.now));  // a unit of somebody else
+  CHECK(bench.table.observe(elcon().command(2, {}), bench.now));  // not a unit of this pack
   CHECK(bench.table.foreign_command_at() == TimePoint{});
   CHECK(bench.table.observe(elcon().command(0, {}), bench.now));
   CHECK(bench.table.foreign_command_at() == bench.now);
@@ -130,7 +130,7 @@ TEST_CASE("a second master is noticed whatever the length of its commands", "[un
       command.length = length;
       CHECK(table.observe(command, TimePoint{1s}));
       CHECK(table.foreign_command_at() == TimePoint{1s});
-      CHECK(table.unit(0).frames_refused == 0);  // it is no report of the charger's
+      CHECK(table.unit(0).frames_refused == 0);  // not a report of the charger
     }
   }
 }
@@ -161,7 +161,7 @@ TEST_CASE("a unit that falls silent while it charges is noticed, one that was no
   CHECK(bench.watch.silent_unit() == 2);
   bench.in.is_enabled = false;
   bench.run(1s);
-  CHECK(bench.watch.silent_unit() == 2);  // until it is heard
+  CHECK(bench.watch.silent_unit() == 2);  // until it is received
   SECTION("heard") {
     bench.talks[1] = true;
     bench.run(2s);
@@ -212,7 +212,7 @@ TEST_CASE("more than was asked for is a runaway, by the sensor, by its own word,
     CHECK(bench.watch.runs_away_at() == bench.table.current_mA(bench.now).taken_at);
   }
   SECTION("by its own word, three times in a row, against a sensor that sees what was asked for") {
-    bench.told_mA = {6'000, 6'000};  // the most that is tolerated, an ampere for each
+    bench.told_mA = {6'000, 6'000};  // maximum tolerance, one ampere for each
     bench.run(5s);
     CHECK_FALSE(bench.watch.runs_away());
     bench.told_mA = {6'100, 6'000};
@@ -291,7 +291,7 @@ TEST_CASE("current after the stop is noticed once it has had its time", "[unit][
   bench.charge(10'000);
   bench.run(20s);
   bench.in.is_enabled = false;
-  bench.sensed_mA = -9'000;  // it comes down
+  bench.sensed_mA = -9'000;  // it falls
   bench.run(elcon().settle - 100ms);
   CHECK_FALSE(bench.watch.keeps_on());
   CHECK_FALSE(bench.watch.runs_away());
@@ -301,7 +301,7 @@ TEST_CASE("current after the stop is noticed once it has had its time", "[unit][
   bench.sensed_mA = -1'000;
   bench.run(100ms);
   CHECK_FALSE(bench.watch.keeps_on());
-  // A vehicle may brake; but not if the charger says the same.
+  // Regenerative braking is permitted, but not if the charger reports the same current.
   bench.sensed_mA = -5'000;
   bench.in.is_alone = false;
   bench.run(2s);
@@ -393,7 +393,7 @@ TEST_CASE("chargers that tell another current than the sensor are noticed, loads
   bench.charge(20'000);
   bench.run(30s);
   CHECK_FALSE(bench.watch.contradicts());
-  bench.sensed_mA = -12'000;  // something draws 8 A
+  bench.sensed_mA = -12'000;  // a load draws 8 A
   bench.run(1s);
   CHECK_FALSE(bench.watch.contradicts());
   bench.sensed_mA = -5'900;
@@ -403,7 +403,7 @@ TEST_CASE("chargers that tell another current than the sensor are noticed, loads
   bench.told_mA = {5'000, 5'000};
   bench.run(2s);
   CHECK(bench.watch.contradicts());
-  bench.in.asked_mA = 12'000;  // on its way
+  bench.in.asked_mA = 12'000;  // the charger is still changing its current
   bench.run(1s);
   CHECK_FALSE(bench.watch.contradicts());
 }
@@ -426,7 +426,7 @@ TEST_CASE("a charger that tells another voltage than the pack's sensor is notice
   bench.pack.pack_voltage_mV = {};
   bench.run(2s);
   CHECK_FALSE(bench.watch.contradicts());
-  // Two volts and two of a small pack.
+  // For a small pack two volts for each of the two sensors.
   bench.pack.pack_voltage_mV = {24'000, bench.now, Validity::valid};
   bench.told_mV = 28'000;
   bench.run(2s);
@@ -451,7 +451,7 @@ TEST_CASE("a charger's voltage is compared with the pack's sensor though its cur
   bench.told_mV = 320'000;
   bench.run(2s);
   CHECK(bench.watch.contradicts());
-  CHECK(bench.table.talking_count(bench.now) == 0);  // and nobody charges with it
+  CHECK(bench.table.talking_count(bench.now) == 0);  // not used for charging
 }
 
 TEST_CASE("a temperature that none can have is counted, whichever frame brings it, each time", "[unit][charger]") {
@@ -466,7 +466,7 @@ TEST_CASE("a temperature that none can have is counted, whichever frame brings i
   heat.data = {0x01, 0x2C};
   REQUIRE(table.observe(heat, TimePoint{101s}));
   CHECK(table.unit(0).report.temperature_dC == known(300));
-  // A frame of voltage and current leaves the temperature as it was, and counts its own.
+  // A frame of voltage and current keeps the temperature, and counts its own values.
   CanFrame actual{.id = 0x611, .length = 8, .data = {0, 0, 0, 0, 0x3A, 0x99, 0x03, 0x20}};
   REQUIRE(table.observe(actual, TimePoint{102s}));
   CHECK(table.unit(0).report.temperature_dC == known(300));
@@ -505,7 +505,7 @@ TEST_CASE("a charger has its time to follow from the moment it is asked, however
           "[unit][charger]") {
   Bench bench;
   bench.pack.pack_voltage_mV = {300'000, bench.now, Validity::valid};
-  if (GENERATE(true, false)) bench.run(60s);  // not asked for anything
+  if (GENERATE(true, false)) bench.run(60s);  // without a request
   bench.told_mV = 0;                          // its output is off
   bench.charge(500);
   const Duration patience = elcon().settle + bench.table.silence_max();
@@ -556,11 +556,11 @@ TEST_CASE("nothing is asked of a charger beyond what was decided, whoever made t
   order.current_mA = 10'100;
   CHECK(judge(order) == GateVerdict::not_permitted);
   order.current_mA = 10'000;
-  ordered_mA[0] = 100;  // the other unit was told this
+  ordered_mA[0] = 100;  // commanded to the other unit
   CHECK(judge(order) == GateVerdict::not_permitted);
-  ordered_mA[1] = 12'000;  // less than it was asked for before
+  ordered_mA[1] = 12'000;  // less than commanded before
   CHECK(judge(order) == GateVerdict::pass);
-  ordered_mA[1] = 10'000;  // nor is as much as before more
+  ordered_mA[1] = 10'000;  // nor is the same value as before an increase
   CHECK(judge(order) == GateVerdict::pass);
   ordered_mA = {0, 0};
   rules.ordered_mA = std::span(ordered_mA).first(1);
@@ -613,7 +613,7 @@ TEST_CASE("an image in which a charger is silent that there cannot be is refused
   const ChargerWatch written;
   std::vector<std::uint8_t> bytes(image_size(written));
   REQUIRE(write_image(written, bytes) == bytes.size());
-  constexpr std::size_t silent_unit_at = 3;  // behind whether it is plugged in, and the bits of who charges
+  constexpr std::size_t silent_unit_at = 3;  // after the plug state and the bits of the charging units
   const auto problem_of = [&bytes](std::uint8_t unit) {
     std::vector<std::uint8_t> changed = bytes;
     changed[silent_unit_at] = unit;

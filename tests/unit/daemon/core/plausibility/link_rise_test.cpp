@@ -1,4 +1,4 @@
-// How a link rises in a precharge, and what the keys of the precharge would have to be.
+// Rise of the DC link in a precharge, and the values that the keys of the precharge would need.
 #include "daemon/core/plausibility/link_rise.hpp"
 
 #include <cmath>
@@ -29,8 +29,8 @@ SequenceInputs sample(TimePoint at, std::int32_t link_mV) {
           .link_at = at};
 }
 
-/// A precharge in which the link has these volts so many seconds after the command, sampled every 60 ms from `first`
-/// on.
+/// Precharge in which the DC link has the voltage `link_V` after a time in seconds since the command, sampled every 60
+/// ms from `first` on.
 LinkRise risen(const std::function<double(double)>& link_V, Duration first, Duration until, bool is_hot = false) {
   LinkRise rise;
   const SequenceState state{.phase = Phase::precharge, .entered_at = began_at};
@@ -43,7 +43,7 @@ LinkRise risen(const std::function<double(double)>& link_V, Duration first, Dura
   return rise;
 }
 
-/// Through the resistor, from when the contactor has closed.
+/// Charging through the resistor, from the closing of the contactor.
 std::function<double(double)> charging(double time_constant_s, double towards_V = pack_mV / 1e3) {
   return [=](double since_s) {
     constexpr double closes_after_s = 0.015;
@@ -78,8 +78,8 @@ TEST_CASE("a link that does not rise, or not as one that charges, has no time co
   CHECK_FALSE(risen(charging(200.0), 20ms, 2s).slow_rise());             // 1 % may be the sensor
   CHECK_FALSE(risen(charging(0.4, 350.0), 20ms, 2s).slow_rise());        // a load takes half of the voltage
   CHECK_FALSE(risen(charging(0.4, 650.0), 20ms, 2s).slow_rise());        // or a little
-  CHECK_FALSE(risen(charging(0.2), 20ms, 2s).slow_rise());               // it followed
-  CHECK_FALSE(risen(charging(3.0), 20ms, 260ms).slow_rise());            // too early to say
+  CHECK_FALSE(risen(charging(0.2), 20ms, 2s).slow_rise());               // it matched the pack
+  CHECK_FALSE(risen(charging(3.0), 20ms, 260ms).slow_rise());            // too early
   CHECK_FALSE(risen([](double since_s) { return 400.0 - 50.0 * since_s; }, 20ms, 2s).slow_rise());  // it falls
   CHECK_FALSE(risen([](double since_s) { return 800.0 + since_s; }, 20ms, 2s).slow_rise());         // above the pack
 }
@@ -104,7 +104,7 @@ TEST_CASE("when a fast link followed lies between the voltages around it, and on
   }
   const auto at_once = [](double since_s) { return since_s < 0.015 ? 0.0 : 699.0; };
   for (Duration first = 1ms; first <= 60ms; first += 1ms) CHECK_FALSE(risen(at_once, first, 240ms).followed_after());
-  CHECK_FALSE(risen(charging(3.0), 20ms, 2s).followed_after());  // it has not
+  CHECK_FALSE(risen(charging(3.0), 20ms, 2s).followed_after());  // not matched yet
 }
 
 TEST_CASE("of a link that was charged before, what it rose by shows it on its way", "[unit][contactors]") {
@@ -139,7 +139,7 @@ TEST_CASE("the keys of the precharge that would do leave a margin, and say what 
   CHECK(precharge_min_that_would_do(134ms) == 80ms);  // 89 ms
   CHECK(precharge_min_that_would_do(105ms) == 80ms);  // 70 ms, and 80 ms leaves enough
   CHECK(precharge_min_that_would_do(88ms) == 80ms);
-  CHECK(precharge_min_that_would_do(87ms) == 50ms);  // no pack file takes it
+  CHECK(precharge_min_that_would_do(87ms) == 50ms);  // no pack file accepts it
   const SlowRise rise{.time_constant = 3s, .began_after = 100ms, .pack_mV = pack_mV};
   ContactorConfig config = contactors();
   config.precharge_current_max_mA = 1'000;

@@ -1,4 +1,4 @@
-// What may be carried for a while: the count itself, the fault it ends in, and the limit that sinks before.
+// Overload counter: the count itself, the resulting fault, and the limit that falls before.
 #include "daemon/core/plausibility/overload_counter.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// The switch of BMS_NF.7: 25 A for ever, 50 A for 10 s; charging 10 A, 20 A for 5 s.
+/// The switch of BMS_NF.7: 25 A continuously, 50 A for 10 s; charging 10 A, 20 A for 5 s.
 constexpr CurrentLimitConfig nf7{.discharge_continuous_mA = 25'000,
                                  .discharge_peak_mA = 50'000,
                                  .discharge_peak_for = 10s,
@@ -55,7 +55,7 @@ class Counted {
   TimePoint now_ = start;
 };
 
-/// (peak^2 - continuous^2) * time of the peak, divided by what this current has too much.
+/// (peak^2 - continuous^2) * time of the peak, divided by the excess of this current.
 Duration by_formula(double current_A) {
   const double seconds = (50.0 * 50.0 - 25.0 * 25.0) * 10.0 / (current_A * current_A - 25.0 * 25.0);
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
@@ -85,7 +85,7 @@ TEST_CASE("the continuous current may flow for ever, a little more may not", "[u
   CHECK(at.discharge_permille() == 0);
   Counted above;
   above.flow(26'000, 1h);
-  CHECK(above.discharge_permille() == 2'000);  // and there the count ends
+  CHECK(above.discharge_permille() == 2'000);  // maximum of the count
 }
 
 TEST_CASE("what was used up comes back while less than the continuous current flows", "[unit][current][BMS_NF.7]") {
@@ -102,7 +102,7 @@ TEST_CASE("what was used up comes back while less than the continuous current fl
   counted.flow(0, 15s);
   CHECK(counted.discharge_permille() == 0);
   counted.sample(50'000);
-  CHECK(counted.until_used_up(50'000) == 10s - 20ms);  // rested, and nothing below empty was saved up
+  CHECK(counted.until_used_up(50'000) == 10s - 20ms);  // recovered, and no credit below zero was accumulated
 }
 
 TEST_CASE("one absurd sample adds nothing, two add what lies between them", "[unit][current][BMS_NF.7]") {
@@ -143,7 +143,7 @@ TEST_CASE("a sample told twice or out of order counts for nothing", "[unit][curr
   observe(start + 1s);
   CHECK(counter.discharge_used_permille() == 100);
   CHECK(counter.counted_at() == start + 1s);
-  observe(start);  // time that runs back takes nothing away either
+  observe(start);  // a time that runs backwards reduces nothing either
   CHECK(counter.discharge_used_permille() == 100);
 }
 
@@ -152,7 +152,7 @@ TEST_CASE("each direction has a count of its own", "[unit][current][BMS_NF.7]") 
   CHECK(counted.until_used_up(-20'000) == 5s);
   CHECK(counted.charge_permille() == 1'000);
   CHECK(counted.discharge_permille() == 0);
-  counted.sample(50'000);  // between opposite directions nothing flows
+  counted.sample(50'000);  // between opposite directions no current counts
   CHECK(counted.discharge_permille() == 0);
   CHECK(counted.charge_permille() < 1'000);
   counted.flow(-10'000, 1min);
@@ -160,7 +160,7 @@ TEST_CASE("each direction has a count of its own", "[unit][current][BMS_NF.7]") 
   CHECK(left_permille > 990);
   counted.flow(50'000, 10s + 20ms);
   CHECK(counted.discharge_permille() == 1'000);
-  CHECK(counted.charge_permille() < left_permille);  // cools while the other one fills
+  CHECK(counted.charge_permille() < left_permille);  // recovers while the other one fills
 }
 
 TEST_CASE("without a peak nothing is counted, and the largest configuration does not overflow", "[unit][current]") {
@@ -183,7 +183,7 @@ TEST_CASE("a peak below the continuous current is none, and neither is one too s
   Counted below(CurrentLimitConfig{.discharge_continuous_mA = 25'000, .discharge_peak_mA = 24'000});
   below.flow(5'000'000, 1s);
   CHECK(below.discharge_permille() == 0);
-  // 0.01 A * 0.01 A for 1 ms are 1000 of the counter's units: one a permille. One less is nothing that can be shared.
+  // 0.01 A * 0.01 A for 1 ms are 1000 of the counter's units: one per permille. Anything less cannot be divided.
   for (const auto& [peak_for, used_permille] : {std::pair{Duration{1ms}, 2'000}, std::pair{Duration{999us}, 0}}) {
     Counted smallest(CurrentLimitConfig{.discharge_peak_mA = 10, .discharge_peak_for = peak_for});
     CHECK(smallest.discharge_permille() == 0);
@@ -265,7 +265,7 @@ TEST_CASE("the published limit stays at the peak for half of it and sinks to the
   CHECK(limits(1'000).discharge.limit_mA == 25'000);
   CHECK(limits(2'000).discharge.limit_mA == 25'000);
   CHECK(limits(2'000).charge.limit_mA == 10'000);
-  pack.cell_temperature_dC.max = 550;  // half of what is left, whatever that is
+  pack.cell_temperature_dC.max = 550;  // half of the remaining limit, whatever it is
   CHECK(limits(0).discharge.limit_mA == 25'000);
   CHECK(limits(0).discharge.cause == LimitCause::cell_hot);
   CHECK(limits(1'000).discharge.limit_mA == 12'500);
@@ -291,7 +291,7 @@ TEST_CASE("a closed pack with 50 A instead of 25 A: the limit sinks, after 10 s 
   CHECK(bench.now() - from >= 9'900ms);
   CHECK(bench.now() - from <= 10'100ms);
   CHECK(bench.core().limits().discharge.limit_mA == 0);
-  CHECK(bench.commanded().main_positive);  // first it is asked to zero
+  CHECK(bench.commanded().main_positive);  // zero current is requested first
   REQUIRE(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 1s));
   CHECK(bench.now() - from <= 10'450ms);
 }

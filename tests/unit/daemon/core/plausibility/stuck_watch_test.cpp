@@ -1,4 +1,4 @@
-// Values that stand still although the current moves or charge flows, and those that may.
+// Cell voltages that stay constant although the current changes or charge flows, and those that may.
 #include "daemon/core/plausibility/stuck_watch.hpp"
 
 #include "daemon/core/cell/ocv_shift.hpp"
@@ -18,7 +18,7 @@ CoreConfig pack_of_2_mOhm() {
 }
 constexpr std::int32_t shows_mA = 2'500;
 
-/// Two modules of four cells that are polled every 100 ms; each cell as it is told to be.
+/// Two modules of four cells that are polled every 100 ms; each cell as set by the test.
 class Watched {
  public:
   explicit Watched(const CoreConfig& config = pack_of_2_mOhm()) : feed_(config) { watch_.init(config); }
@@ -27,7 +27,7 @@ class Watched {
     tell(later);
     watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid}, window_);
   }
-  /// 10 ms in which this current flows, with a sample of it; cells are polled in every `ticks_of_a_poll`th.
+  /// Executes 10 ms with this current and a sample of it; cells are polled in every `ticks_of_a_poll`th tick.
   void tick(std::int32_t current_mA) {
     if (++ticks_ % ticks_of_a_poll == 0) {
       tell(10ms);
@@ -37,12 +37,12 @@ class Watched {
     window_.add(current_mA, feed_.now());
     watch_.update(feed_.modules(), {current_mA, feed_.now(), Validity::valid}, window_);
   }
-  /// The cells come, and the current does not.
+  /// Polls the cells without a current sample.
   void poll_blind() {
     tell(100ms);
     watch_.update(feed_.modules(), {}, window_);
   }
-  /// Polls that move the cells as any real cell moves, except those that are kept.
+  /// Polls with cells that vary like any real cell, except those at `kept_uV`.
   void wiggle(int polls, std::int32_t current_mA) {
     for (int count = 0; count < polls; ++count) {
       for (auto& module : cells_uV) {
@@ -110,7 +110,7 @@ TEST_CASE("at a steady current time counts from when the charge must show, and e
 
 TEST_CASE("charge that has flowed back proves nothing", "[unit][plausibility][F12]") {
   Watched watched;
-  const std::int32_t current_mA = shows_mA / 2 - 1;  // there and back is no step that shows
+  const std::int32_t current_mA = shows_mA / 2 - 1;  // back and forth is not a detectable step
   const std::int64_t polls = watched.charge_shown_uAs() / (std::int64_t{current_mA} * 100);
   for (const std::int32_t way_mA : {current_mA, -current_mA, current_mA}) {
     for (std::int64_t count = 0; count < polls; ++count) watched.poll(way_mA);
@@ -139,7 +139,7 @@ TEST_CASE("a current that has become less by 1 mA works against the charge", "[u
   Watched watched;
   REQUIRE(watched.charge_shown_uAs() == 900'000'000);
   for (int count = 0; count < 180; ++count) watched.poll(50'001);
-  // 5.0001 mV by 900.0179 As, but 4 uV less by what a worn cell makes of the milliampere.
+  // 5.0001 mV by 900.0179 As, but 4 uV less by the effect of the milliampere in a worn cell.
   watched.poll(50'000);
   CHECK(watched.longest().value == 0);
 }
@@ -165,12 +165,12 @@ TEST_CASE("a charger that holds its voltage holds the cells, too, while its curr
 
 TEST_CASE("of current and charge that work against each other the stronger one counts by what is left of it",
           "[unit][plausibility][F12]") {
-  // After a little charge at 50 A the load goes: 100 mV up by resistance, and next to nothing down.
+  // After a little charge at 50 A the load ends: 100 mV up by resistance, and almost nothing down.
   Watched step;
   for (int count = 0; count < 20; ++count) step.poll(50'000);
   for (int count = 0; count < 10; ++count) step.poll(0);
   CHECK(step.longest().value == 1'000);
-  // After half the capacity a little of the current is gone, be it a step that shows or not: the charge counts.
+  // After half the capacity the current falls a little, whether detectable as a step or not: the charge counts.
   for (const std::int32_t less_mA : {10'000, 1'000}) {
     Watched flow;
     for (int count = 0; count < 100; ++count) flow.poll(900'000, 1s);
@@ -319,7 +319,7 @@ TEST_CASE("a sample within a poll cycle of a step of the current stands for the 
         watched.tick(tick < step ? from_mA : to_mA);
       }
       CAPTURE(from_mA, to_mA, step);
-      // 10 s in all. Those around the step are left out; whoever has stood still before and after it has to show.
+      // 10 s in total. Samples around the step are ignored; a cell that was constant before and after it is detected.
       if (step <= 62) CHECK(watched.longest().value == 0);
       if (step >= 63) CHECK(watched.longest().value >= 9'500);
     }
@@ -344,7 +344,7 @@ TEST_CASE("a sample stands for the currents of the configured poll cycle around 
           "[unit][plausibility][F12]") {
   struct Case {
     Duration period;
-    int last_step;  // that the value of tick 24 is no reference for, and 20 ms behind the cycle
+    int last_step;  // last step without the value of tick 24 as a reference, 20 ms after the cycle
   };
   for (const Case& one : {Case{120ms, 38}, Case{100ms, 36}, Case{20ms, 36}}) {
     for (int step = 10; step <= 45; ++step) {
@@ -367,7 +367,7 @@ TEST_CASE("a sample stands for the currents of the configured poll cycle around 
 
 TEST_CASE("a later sample, too, is no reference for the current before a step within a poll cycle behind it",
           "[unit][plausibility][F12]") {
-  // Around the first sample, in tick 10, the current swings; then it rests, until a step.
+  // Around the first sample, in tick 10, the current fluctuates; then it is constant until a step.
   for (int step = 61; step <= 160; ++step) {
     Watched watched;
     for (auto& module : watched.cells_uV) module.fill(Watched::kept_uV);
@@ -378,7 +378,7 @@ TEST_CASE("a later sample, too, is no reference for the current before a step wi
     for (; tick <= 62; ++tick) watched.tick(current_mA(tick));
     for (; tick <= 1'160; ++tick) watched.tick(current_mA(tick));
     CAPTURE(step);
-    // The sample of tick 50 is the first whose surroundings are steady, to tick 62.
+    // The sample of tick 50 is the first one with a steady current around it, up to tick 62.
     if (step <= 62) CHECK(watched.longest().value == 0);
     if (step >= 63) CHECK(watched.longest().value >= 9'500);
   }
@@ -429,9 +429,9 @@ TEST_CASE("of samples at equally steady currents the first is the reference", "[
   const auto run_to = [&](int tick, std::int32_t low_mA, std::int32_t high_mA) {
     for (; ticks < tick; ++ticks) watched.tick(ticks % 2 == 0 ? low_mA : high_mA);
   };
-  run_to(7, 100'000, 100'000);  // 52 A to 100 A around the first sample: its charge proves nothing for long
+  run_to(7, 100'000, 100'000);  // 52 A to 100 A around the first sample: its charge is inconclusive for long
   run_to(25, 52'000, 54'000);
-  run_to(1'700, 50'000, 51'000);  // some 850 As, and 900 As show
+  run_to(1'700, 50'000, 51'000);  // about 850 As; 900 As are required
   CHECK(watched.longest().value == 0);
   run_to(1'950, 50'000, 51'000);
   CHECK(watched.longest().value >= 500);
@@ -452,7 +452,7 @@ TEST_CASE("the first other digit ends it", "[unit][plausibility][F12]") {
   watched.wiggle(1, 0);
   watched.wiggle(79, 20'000);
   CHECK(watched.longest().value == 7'900);
-  watched.cells_uV[0][0] += 100;  // a step of the wire
+  watched.cells_uV[0][0] += 100;  // one step of the resolution on the bus
   watched.poll(20'000);
   CHECK(watched.longest().value == 0);
 }
@@ -537,7 +537,7 @@ TEST_CASE("a pack whose cell file has no resistance is watched by charge alone",
 
 namespace {
 
-/// Drives with a current that changes all the time; the cells follow by their resistance, except in `stuck_modules`.
+/// Drives with a continuously changing current; the cells follow by their resistance, except in `stuck_module`.
 bool becomes_a_fault(std::size_t stuck_module, Duration at_most, std::int32_t swing_mA = 10'000) {
   test::CoreBench bench(pack_of_2_mOhm());
   REQUIRE(bench.close());

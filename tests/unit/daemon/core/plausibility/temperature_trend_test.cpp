@@ -1,4 +1,4 @@
-// How fast cells warm up: exact rates, edges of the times, and the fault that a runaway becomes.
+// Temperature gradient of cells: exact rates, limits of the times, and the fault in a thermal runaway.
 #include "daemon/core/plausibility/temperature_trend.hpp"
 
 #include <vector>
@@ -13,7 +13,7 @@ using test::ModuleFeed;
 
 namespace {
 
-/// A sensor's temperatures, one each 100 ms unless said otherwise.
+/// Temperatures of a sensor, one each 100 ms unless given otherwise.
 class Warming {
  public:
   explicit Warming(const CoreConfig& config = test::small_pack()) : feed_(config) {}
@@ -69,7 +69,7 @@ TEST_CASE("a steady rise is read as what it is, within a step of the sensor over
     for (int sample = 0; sample <= 60; ++sample) {
       warming.sample(250 + rate_dC_per_s * sample / 10);
       if (sample < 30) continue;
-      // The other sensor stands still, so that the fastest is at least 0.
+      // The other sensor is constant, so the fastest is at least 0.
       const std::int64_t expected_mK_per_s = std::int64_t{std::max(rate_dC_per_s, 0)} * 100;
       CHECK(warming.fastest().value >= expected_mK_per_s - 50);
       CHECK(warming.fastest().value <= expected_mK_per_s + 50);
@@ -80,7 +80,7 @@ TEST_CASE("a steady rise is read as what it is, within a step of the sensor over
 TEST_CASE("one wrong sample is gone from the rise when the next one comes", "[unit][temperature]") {
   Warming warming;
   for (int sample = 0; sample < 30; ++sample) warming.sample(250);
-  warming.sample(300);  // as far as is no jump yet
+  warming.sample(300);  // the largest change that is not a jump
   CHECK(warming.fastest().value > 2'000);
   warming.sample(250);
   CHECK(warming.fastest().value == 0);
@@ -91,7 +91,7 @@ TEST_CASE("a sensor that was not measured begins anew", "[unit][temperature]") {
   for (int sample = 0; sample < 30; ++sample) warming.sample(250);
   warming.sample_unknown();
   warming.sample(300);
-  CHECK(warming.fastest().value == 0);  // of the sensors that stayed
+  CHECK(warming.fastest().value == 0);  // of the other sensors
   for (int sample = 0; sample < 20; ++sample) warming.sample(300);
   CHECK(warming.fastest().value == 0);
 }
@@ -102,14 +102,14 @@ TEST_CASE("a rise is that of the last two seconds, however often a sensor speaks
     for (Duration passed{}; passed < 10s; passed += period) warming.sample(250, period);
     warming.sample(300, period);
     REQUIRE(warming.fastest().is_known);
-    // 5 K within the window: eight spaces of 250 ms, and the samples since the last of them.
+    // 5 K within the window: eight intervals of 250 ms, and the samples since the last of them.
     CHECK(warming.fastest().value <= 2'500);
     CHECK(warming.fastest().value > 5'000 * 1'000 / 2'250);
     warming.sample(300, period);
     warming.sample(300, 1s);
     CHECK(warming.fastest().value >= 5'000 * 1'000 / 3'250);
     for (int sample = 0; sample < 3; ++sample) warming.sample(300, 1s);
-    CHECK(warming.fastest().value > 0);  // nine values reach back further where they come slowly
+    CHECK(warming.fastest().value > 0);  // nine values cover more time at a slow rate
     for (Duration passed{}; passed < 10s; passed += period) warming.sample(300, period);
     CHECK(warming.fastest().value == 0);
   }
@@ -215,8 +215,8 @@ TEST_CASE("an image in which a ring reaches beyond its samples is refused", "[un
   const TemperatureTrend written;
   std::vector<std::uint8_t> bytes(image_size(written));
   REQUIRE(write_image(written, bytes) == bytes.size());
-  // The first sensor's newest sample and its nine older ones, of 4 and 8 bytes, then how many there are, and where the
-  // next goes.
+  // The first sensor's newest sample and its nine older ones, of 4 and 8 bytes, then their count, and the index of the
+  // next.
   constexpr std::size_t count_at = 10 * 12;
   constexpr std::size_t head_at = count_at + 1;
   const auto problem_of = [&bytes](std::size_t at, std::uint8_t value) {

@@ -1,4 +1,4 @@
-// What is remembered of faults begins empty: a number that nobody told is 0 or not there, and never a guess.
+// Fault history at its start: an unknown number is 0 or absent, and never a guess.
 #include "daemon/core/records/fault_history.hpp"
 
 #include <set>

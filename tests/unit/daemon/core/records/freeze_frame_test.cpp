@@ -1,4 +1,4 @@
-// What is kept of the pack when a fault is believed: everything that is known then, and nothing that is not.
+// Freeze frame of the pack at the confirmation of a fault: every known value, and no unknown one.
 #include "daemon/core/records/freeze_frame.hpp"
 
 #include "tests/support/catch.hpp"
@@ -21,7 +21,7 @@ Measured<std::int32_t> just_now(std::int32_t value) {
   return {value, now, Validity::valid};
 }
 
-/// Everything is known, and each number is another.
+/// Every value is known, and all numbers differ.
 struct World {
   CoreConfig config = small_pack();
   FaultState fault;

@@ -1,4 +1,4 @@
-// Cell voltages and temperatures on the vehicle bus, cyclically: what leaves, when, and what is unknown.
+// Cyclic cell voltages and temperatures on the vehicle bus: the frames, their times, and unknown values.
 #include "daemon/core/vehicle/cell_reporter.hpp"
 
 #include <map>
@@ -31,7 +31,7 @@ struct Sent {
   CanFrame frame;
 };
 
-/// Sent behind that time.
+/// Cell data frames sent after `since`.
 std::vector<Sent> cell_data_of(const CoreBench& bench, TimePoint since = {}) {
   std::vector<Sent> frames;
   for (std::size_t index = 0; index < bench.sent().size(); ++index) {
@@ -45,7 +45,7 @@ std::vector<Sent> cell_data_of(const CoreBench& bench, TimePoint since = {}) {
   return frames;
 }
 
-/// What the latest frames of each block say, by number through the pack, from 1.
+/// Values of the latest frames of each block, by pack number from 1.
 struct Heard {
   std::map<int, SignalValue> voltage_uV;
   std::map<int, SignalValue> temperature_dC;
@@ -90,7 +90,7 @@ TEST_CASE("every cell and every sensor leaves once a period, spread over it", "[
   REQUIRE(heard.temperature_dC.size() == 6);
   for (int cell = 1; cell <= 8; ++cell) CHECK(heard.voltage_uV.at(cell).is_valid());
   CHECK(heard.voltage_uV.at(7) == known(3'651'200));
-  CHECK_FALSE(heard.voltage_uV.at(9).is_valid());  // there is none
+  CHECK_FALSE(heard.voltage_uV.at(9).is_valid());  // no such cell
   for (int sensor = 1; sensor <= 4; ++sensor) CHECK(heard.temperature_dC.at(sensor).is_valid());
   CHECK(heard.temperature_dC.at(3) == known(-53));
   CHECK_FALSE(heard.temperature_dC.at(5).is_valid());

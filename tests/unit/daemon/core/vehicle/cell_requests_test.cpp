@@ -1,4 +1,4 @@
-// Data on request: each PID with its worked answer, what gets none, and who may clear faults.
+// Data on request: each PID with its worked answer, requests without an answer, and the permission to clear faults.
 #include "daemon/core/vehicle/cell_requests.hpp"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ CoreConfig asked_pack() {
   return config;
 }
 
-/// Asks over the bus and gives the bytes of the answer; nothing if there is none.
+/// Sends a request over the bus and returns the bytes of the answer; nothing if there is none.
 std::optional<std::vector<int>> ask(test::CoreBench& bench, const CanFrame& frame) {
   const std::size_t before = bench.sent().size();
   bench.observe(FrameReceived{Port::vehicle, frame});
@@ -51,7 +51,8 @@ std::optional<std::vector<int>> ask(test::CoreBench& bench, const CanFrame& fram
 
 using Answer = std::vector<int>;
 
-/// Cells at 3.70 V but for the sixth (3.23 V) and the third (3.95 V); sensors 21 and 23 C, 25 C on the second module.
+/// Cells at 3.70 V except for the sixth (3.23 V) and the third (3.95 V); sensors 21 and 23 C, 25 C on the second
+/// module.
 test::CoreBench& set_values(test::CoreBench& bench) {
   bench.modules[1].cell_voltage_uV[1] = known(3'230'000);
   bench.modules[0].cell_voltage_uV[2] = known(3'950'000);
@@ -124,7 +125,7 @@ TEST_CASE("each PID of the system has its answer", "[unit][core][requests][BMS_F
   CHECK(data(0x53) == Answer{0, 4});  // 29.4 V, 12.3 A: 362 W
   CHECK(data(0x54) == Answer{0, 0, 0});
   CHECK(data(0x55) == Answer{0, 0, 0});
-  CHECK(data(0x60) == Answer{0, 1});  // the first life
+  CHECK(data(0x60) == Answer{0, 1});  // the first session
   const Answer uptime = data(0x61);
   REQUIRE(uptime.size() == 3);
   CHECK(uptime[2] == static_cast<int>(to_ms(bench.now() - bench.core().started_at()) / 1000));
@@ -154,12 +155,12 @@ TEST_CASE("power cycles are starts that came to see the whole pack, kept over li
     test::CoreBench bench(asked_pack(), kept);
     const std::uint32_t generation = bench.core().persistent_generation();
     CHECK(cycles(bench) == std::nullopt);
-    CHECK(bench.core().persistent().starts == kept.starts);  // a daemon that ends now was none
+    CHECK(bench.core().persistent().starts == kept.starts);  // a daemon that ends now does not count as a start
     set_values(bench);
     const Answer answer{0x05, 0x50, 0x60, 0, 0, life, 0, 0};
     CHECK(cycles(bench) == answer);
     CHECK(bench.core().persistent_generation() > generation);
-    bench.observe(PortChanged{Port::internal, false});  // a pack that was away is not started anew
+    bench.observe(PortChanged{Port::internal, false});  // the return of a bus is not a new start
     bench.run(100ms);
     bench.observe(PortChanged{Port::internal, true});
     bench.run(2s);
@@ -292,7 +293,7 @@ TEST_CASE("a stored fault is cleared by request only where the pack file allows 
   if (answer) CHECK(*answer == Answer{0x03, 0x54, 0x62, 0, 0, 0, 0, 0});
   CHECK(bench.is_active(FaultId::emergency_stop) == !is_allowed);
   CHECK(bench.core().cell_requests().refused == (is_allowed ? 0U : 1U));
-  // The output of faults is nothing we have.
+  // The output of faults is not supported.
   CHECK(ask(bench, request({0x03, 0x14, 0x67})) == std::nullopt);
 }
 

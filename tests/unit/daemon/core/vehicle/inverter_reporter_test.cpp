@@ -1,4 +1,4 @@
-// What an inverter is told of the pack, and when.
+// Reports of the pack to an inverter, and their times.
 #include "daemon/core/vehicle/inverter_reporter.hpp"
 
 #include <functional>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// A pack that is well, and an inverter.
+/// Healthy pack, and an inverter.
 struct Bench {
   InverterConfig config{.driver = find_device("pylontech")->inverter,
                         .charge_voltage_max_mV = 56'000,
@@ -44,9 +44,9 @@ struct Bench {
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
 
-  std::function<bool(const CanFrame&)> is_lost;  // on its way out
+  std::function<bool(const CanFrame&)> is_lost;  // lost while sent
 
-  /// Identifiers of what is told within `span`, a tick every 10 ms.
+  /// Identifiers of the frames sent within `span`, with a tick every 10 ms.
   std::vector<std::uint32_t> told_in(Duration span) {
     std::vector<std::uint32_t> ids;
     for (const TimePoint end = view.now + span; view.now < end; view.now += 10ms) {
@@ -107,7 +107,7 @@ TEST_CASE("a round is told each period, a frame every 10 ms, the limits first", 
   CHECK(bench.told_in(60ms) == whole_round);
   CHECK(bench.told_in(940ms).empty());
   CHECK(bench.told_in(1s) == whole_round);
-  bench.view.now += 10s;  // nobody asked
+  bench.view.now += 10s;  // no tick in between
   CHECK(bench.told_in(1s) == whole_round);
 }
 
@@ -168,7 +168,7 @@ TEST_CASE("a limit that falls is told at once, and not more often than it may be
   bench.limits.discharge.limit_mA = 0;
   CHECK(bench.told_in(140ms).empty());  // 200 ms from round to round
   CHECK(bench.told_in(60ms) == whole_round);
-  CHECK(bench.told_in(940ms).empty());  // the next in its turn
+  CHECK(bench.told_in(940ms).empty());  // the next regular round
   CHECK(bench.told_in(60ms) == whole_round);
   bench.limits.discharge.limit_mA = 100'000;  // a rise waits
   CHECK(bench.told_in(900ms).empty());
@@ -193,11 +193,11 @@ TEST_CASE("what did not get out has not been told, and is told again as soon as 
   bench.is_lost = [lost_id](const CanFrame& frame) { return frame.id == lost_id; };
   CHECK(bench.told_in(60ms) == whole_round);
   CHECK(bench.told_in(140ms).empty());
-  CHECK(bench.told_in(60ms) == whole_round);  // as often as it takes
+  CHECK(bench.told_in(60ms) == whole_round);  // until it is sent
   bench.is_lost = {};
   CHECK(bench.told_in(140ms).empty());
   CHECK(bench.told_in(60ms) == whole_round);
-  CHECK(bench.told_in(940ms).empty());  // the next in its turn
+  CHECK(bench.told_in(940ms).empty());  // the next regular round
   CHECK(bench.told_in(60ms) == whole_round);
 }
 
@@ -206,7 +206,7 @@ TEST_CASE("what rises and falls while a round is told is taken back at once", "[
   bench.limits.charge.limit_mA = 0;
   CHECK(bench.told_in(10ms) == Ids{0x351});
   bench.limits.charge.limit_mA = 50'000;
-  CHECK(bench.told_in(10ms) == Ids{0x35C});  // says that it may be charged
+  CHECK(bench.told_in(10ms) == Ids{0x35C});  // reports that charging is permitted
   bench.limits.charge.limit_mA = 0;
   CHECK(bench.told_in(180ms) == Ids{0x355, 0x356, 0x359, 0x35E});
   CHECK(bench.told_in(60ms) == whole_round);
@@ -229,7 +229,7 @@ TEST_CASE("a measurement that did not get out waits for the next round", "[unit]
   CHECK(bench.told_in(60ms) == whole_round);
   CHECK(bench.told_in(940ms).empty());
   bench.reporter.init({}, start);
-  bench.reporter.note_failed(data_frame(0x351, 8));  // nobody's
+  bench.reporter.note_failed(data_frame(0x351, 8));  // no inverter is configured
 }
 
 TEST_CASE("a charge is asked for while the pack is nearly empty and may take it", "[unit][inverter]") {
@@ -270,7 +270,7 @@ TEST_CASE("a full charge is asked for when there has been none for as many days"
   CHECK_FALSE(asks_after(days_30, 970));
   CHECK_FALSE(asks_after(2 * days_30 - 1s, 500));
   CHECK(asks_after(2 * days_30, 500));
-  // Nor where nothing may flow in, or nobody knows how full it is.
+  // Nor if charging is not permitted, or the SOC is unknown.
   bench.view.may_charge = false;
   CHECK_FALSE(asks_after(2 * days_30, 500));
   bench.view.may_charge = true;

@@ -1,4 +1,4 @@
-// What the core tells an inverter: what the gate compares it with, and a telling that does not get out.
+// Limits that the core sends to an inverter: the comparison by the output gate, and a report that is not sent.
 #include <algorithm>
 #include <optional>
 
@@ -12,7 +12,7 @@ namespace {
 
 CoreConfig pack_with_inverter() {
   CoreConfig config = test::small_pack();
-  // Half a minute of the peak is there at first: the pack's limit of now is not what an inverter may go by.
+  // Half a minute of the peak is available at first: an inverter must not use the present limit of the pack.
   config.current.charge_peak_mA = 25'000;
   config.current.discharge_peak_mA = 95'000;
   config.inverter = {.driver = find_device("pylontech")->inverter,
@@ -23,8 +23,8 @@ CoreConfig pack_with_inverter() {
   return config;
 }
 
-/// A pack, and an inverter that says each second that it is there; in the middle between two rounds, so that what is
-/// told when it falls silent is not told in its turn.
+/// Pack and an inverter that sends a message each second, in the middle between two rounds, so that a report sent when
+/// it falls silent is not a regular one.
 struct Bench {
   test::CoreBench core_bench;
   const InverterDriver& driver = *find_device("pylontech")->inverter;
@@ -43,25 +43,25 @@ struct Bench {
 
   void set_port(bool is_up) { core_bench.observe(PortChanged{Port::inverter, is_up}); }
   [[nodiscard]] const Core& core() const { return core_bench.core(); }
-  /// What the gate makes of a frame of this report.
+  /// Result of the output gate for a frame of this report.
   [[nodiscard]] GateVerdict judge(std::size_t index, const BatteryReport& report) const {
     return judge_output(Port::inverter, *driver.frame(index, report, {}), core().gate_rules());
   }
-  /// Of limits in the usual voltages.
+  /// Result for limits with the usual voltages.
   [[nodiscard]] GateVerdict judge(std::int32_t charge_mA, std::int32_t discharge_mA) const {
     return judge(0, {.charge_voltage_limit_mV = 33'000,
                      .discharge_voltage_limit_mV = 24'000,
                      .charge_limit_mA = charge_mA,
                      .discharge_limit_mA = discharge_mA});
   }
-  /// Frames of limits since the `from`-th frame.
+  /// Number of limit frames since the `from`-th frame.
   [[nodiscard]] std::ptrdiff_t limits_told_since(std::size_t from) const {
     const auto& sent = core_bench.sent();
     return std::count_if(sent.begin() + static_cast<std::ptrdiff_t>(from), sent.end(), is_limits);
   }
   static bool is_limits(const OutgoingFrame& sent) { return sent.port == Port::inverter && sent.frame.id == 0x351; }
 
-  /// Closed, and the inverter silent until the tick before it is told that nothing may flow: not told since.
+  /// Closes the pack, and keeps the inverter silent until the tick before zero limits are sent; they are not sent yet.
   void run_to_silence() {
     REQUIRE(core_bench.close());
     core_bench.run(3s);
@@ -85,8 +85,8 @@ TEST_CASE("the gate bounds what the inverter is told by what is decided for it, 
   REQUIRE(bench.core().limits().charge.limit_mA == 25'000);
   REQUIRE(bench.core().limits().discharge.limit_mA == 95'000);
   CHECK(bench.judge(20'000, 30'000) == GateVerdict::pass);
-  CHECK(bench.judge(20'100, 30'000) == GateVerdict::not_permitted);  // for long
-  CHECK(bench.judge(20'000, 30'100) == GateVerdict::not_permitted);  // by the pack file
+  CHECK(bench.judge(20'100, 30'000) == GateVerdict::not_permitted);  // continuous limit
+  CHECK(bench.judge(20'000, 30'100) == GateVerdict::not_permitted);  // limit of the pack file
   CHECK(bench.judge(1, {.may_charge = true, .may_discharge = true}) == GateVerdict::pass);
   CHECK(bench.core().gate_refusals() == 0);
   SECTION("an inverter that is not heard") {

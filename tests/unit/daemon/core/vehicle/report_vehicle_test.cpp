@@ -1,4 +1,4 @@
-// What 620h to 628h say of a pack at the ends of their fields, of one that is not known, and when they are due.
+// Messages 620h to 628h at the limits of their fields, with unknown values, and their due times.
 #include "daemon/core/vehicle/report_vehicle.hpp"
 
 #include <cstdint>
@@ -141,7 +141,7 @@ TEST_CASE("a report is due 1 s after the start, the next 10 ms later, and after 
   }
   CHECK(sent_at(1'999ms) == 0);
   CHECK(sent_at(2'000ms) == 0x620);
-  // Due at 2010 ms: less than a period late it keeps its place, later it does not make up for it.
+  // Due at 2010 ms: less than a period late a message keeps its schedule, later it does not catch up.
   CHECK(sent_at(3'019ms) == 0x621);
   CHECK(sent_at(3'019ms) == 0x622);
   CHECK(sent_at(3'040ms) == 0x623);  // the next was due a whole period ago

@@ -1,4 +1,4 @@
-// The traction-pack messages in each dialect: worked frames, and what dialects differ in.
+// Traction-pack messages in each dialect: worked frames, and the differences between dialects.
 #include <algorithm>
 #include <set>
 #include <string>
@@ -18,7 +18,7 @@ Bytes bytes_of(const CanFrame& frame) {
   return {frame.data.begin(), frame.data.begin() + frame.length};
 }
 
-/// A pack that is driven, as in the worked frames.
+/// Pack in driving mode, as in the worked frames.
 struct World {
   PackState pack;
   CurrentLimits limits;

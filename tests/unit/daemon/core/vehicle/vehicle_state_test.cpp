@@ -1,4 +1,4 @@
-// One internal state, and what each dialect of the traction-pack messages calls it.
+// Internal state, and its value in each dialect of the traction-pack messages.
 #include "daemon/core/vehicle/vehicle_state.hpp"
 
 #include <set>

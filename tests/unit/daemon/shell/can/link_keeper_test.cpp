@@ -1,4 +1,4 @@
-// When a CAN interface is set up, and what is told of it.
+// Set-up of a CAN interface, and the log lines about it.
 #include "daemon/shell/can/link_keeper.hpp"
 
 #include <cerrno>
@@ -51,7 +51,7 @@ TEST_CASE("an interface that is down is set up once, and that is told once", "[u
   for (int i = 1; i < 10; ++i) CHECK_FALSE(keeper.look(seen(up()), start + i * 1s));
   CHECK(lines(keeper).empty());
   CHECK(keeper.details() == up());
-  // Somebody sets it down: it is ours to set up.
+  // Another process sets it down: the daemon sets it up.
   CHECK(keeper.look(seen(down()), start + 20s));
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("an interface that is up is never touched, whatever it is set to", "[u
         "bus-off; it is set up when it is down");
   CHECK_FALSE(keeper.look(seen(up(250'000, 0)), start + 2s));
   CHECK(lines(keeper).empty());
-  // A controller divides its clock: half a percent is no difference.
+  // A controller divides its clock: half a percent is tolerated.
   CHECK_FALSE(keeper.look(seen(up(502'500)), start + 3s));
   CHECK(keeper.set_up() == SetUp::as_wanted);
   CHECK_FALSE(keeper.look(seen(up(502'501)), start + 4s));
@@ -82,7 +82,7 @@ TEST_CASE("without the right nothing is tried, and who has to do it is told", "[
   CHECK(told.find("CAP_NET_ADMIN") != std::string::npos);
   CHECK(told.find("80-can0.network") != std::string::npos);
   CHECK(told.find('\n') == std::string::npos);
-  // The manager has done it.
+  // The network manager has set it up.
   CHECK_FALSE(keeper.look(seen(up(), false), start + 6s));
   CHECK(keeper.set_up() == SetUp::as_wanted);
 }
@@ -135,7 +135,7 @@ TEST_CASE("vcan, and what nobody asked for, is only looked at", "[unit][links]")
 
 namespace {
 
-/// Interfaces of a machine that is all here.
+/// Simulated interfaces.
 class FakeLinks final : public LinkSystem {
  public:
   LinkLook look(const std::string& name) override {
@@ -154,7 +154,7 @@ class FakeLinks final : public LinkSystem {
     const std::lock_guard lock(mutex_);
     links_[name] = details;
   }
-  /// Until that many looks have been taken from now on.
+  /// Waits for this number of further probes.
   [[nodiscard]] bool is_looked_at(int times) {
     std::unique_lock lock(mutex_);
     const int until = looks_ + times;
@@ -185,10 +185,10 @@ TEST_CASE("interfaces are looked after by a thread, and what it saw can be asked
         },
         links);
     REQUIRE(watch);
-    // can0 twice, as it is set up, and can1; then the next round, whose beginning says that the first one is over.
+    // can0 twice, because it is set up, and can1; then the next round, which begins when the first one has ended.
     REQUIRE(links.is_looked_at(4));
     auto first = (*watch)->report("can0");
-    // Asking never waits: while the thread writes its report down, the one before is told.
+    // A query never waits: while the thread writes its report, the previous one is returned.
     const auto give_up_at = std::chrono::steady_clock::now() + 60s;
     while (first && first->set_up != SetUp::done && std::chrono::steady_clock::now() < give_up_at) {
       std::this_thread::yield();

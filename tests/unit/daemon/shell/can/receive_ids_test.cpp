@@ -1,4 +1,4 @@
-// What the kernel lets through to the daemon: whatever its modules may say.
+// Kernel receive filter of the daemon: it passes every frame that the modules may send.
 #include <algorithm>
 
 #include "daemon/core/vehicle/swapped_buses.hpp"
@@ -38,7 +38,7 @@ TEST_CASE("all that modules of another maker answer, and what another master wou
     }
     CHECK(lets_in(config, internal_bus::pdu_status.base_id));
     CHECK(lets_in(config, internal_bus::sensor_current.base_id));
-    CHECK_FALSE(lets_in(config, internal_bus::module.id_of(9)));  // of ours, and nobody's here
+    CHECK_FALSE(lets_in(config, internal_bus::module.id_of(9)));  // message of this protocol, but of no module here
   }
 }
 

@@ -1,4 +1,4 @@
-// From levels of GPIO lines to what the core knows of contacts and inputs.
+// From levels of GPIO lines to contacts and inputs in the core.
 #include "daemon/shell/gpio/line_feeder.hpp"
 
 #include <cerrno>
@@ -29,7 +29,7 @@ GpioConfig stop_and_key() {
   return config;
 }
 
-/// What a unit with these contacts and lines with those say together.
+/// Merged state of a PDU with these contacts and GPIO lines with those.
 PduState merged(const PduState& unit, const LineImage& lines, const CoreConfig& config) {
   const TimePoint at{1s};
   const auto both = merge_inputs({unit, at, Validity::valid}, {lines, at, Validity::valid}, config);
@@ -76,7 +76,7 @@ TEST_CASE("every no between two decisions reaches the next one, and none after i
   CHECK(feeder.look().estops_pressed == 1);
   chip.set_wire(stop_line, true);
   static_cast<void>(feeder.look());
-  CHECK(feeder.look().estops_pressed == 1);  // nothing has been decided yet
+  CHECK(feeder.look().estops_pressed == 1);  // no decision yet
   CHECK(feeder.last().vehicle_on);
   feeder.decided();
   CHECK(feeder.look().estops_pressed == 0);
@@ -86,8 +86,8 @@ TEST_CASE("lines that cannot be read or driven are one image that says so", "[un
   FakeChip chip;
   GpioLines lines(stop_and_key(), chip);
   LineFeeder feeder(lines);
-  CHECK(feeder.look().is_failed);  // not ours yet
-  CHECK_FALSE(feeder.drive({}));   // which look() has told
+  CHECK(feeder.look().is_failed);  // not opened yet
+  CHECK_FALSE(feeder.drive({}));   // look() has already reported it
   REQUIRE(lines.open());
   feeder.decided();
   CHECK_FALSE(feeder.look().is_failed);
@@ -97,7 +97,7 @@ TEST_CASE("lines that cannot be read or driven are one image that says so", "[un
   REQUIRE(failed);
   CHECK(failed->is_failed);
   REQUIRE(lines.open());
-  CHECK(feeder.look().is_failed);  // until it has been decided on
+  CHECK(feeder.look().is_failed);  // until the next decision
   feeder.decided();
   CHECK_FALSE(feeder.look().is_failed);
 }

@@ -1,4 +1,4 @@
-// JSON written without a tree is what the tree would have been.
+// JSON written without a tree equals the JSON written from the tree.
 #include "daemon/shell/json/json_text.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-// Contacts and inputs in JSON: each by its name, and null where a line that cannot be read would tell it.
+// Contacts and inputs in JSON: each under its name, and null if the line that provides it cannot be read.
 #include "daemon/shell/json/switches_json.hpp"
 
 #include <functional>
@@ -28,7 +28,7 @@ Json inputs(const PduState& pdu, const LinesConfig* missing = nullptr) {
   return object_of([&](JsonText& to) { put_inputs(to, pdu, missing); })["inputs"];
 }
 
-/// The names of those that are null.
+/// Names of the null values.
 std::set<std::string> unknown_in(const Json& object) {
   std::set<std::string> names;
   for (const auto& [name, value] : object.items()) {
@@ -37,7 +37,7 @@ std::set<std::string> unknown_in(const Json& object) {
   return names;
 }
 
-/// The names of those that are on.
+/// Names of the values that are on.
 std::set<std::string> on_in(const Json& object) {
   std::set<std::string> names;
   for (const auto& [name, value] : object.items()) {

@@ -1,4 +1,4 @@
-// The last minutes in memory, and what of them gets into files.
+// Last minutes in memory, and the parts of them that are written to files.
 #include "daemon/shell/recorder/black_box.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::shared_ptr<const std::string> bytes(const std::string& text) {
   return std::make_shared<const std::string>(text);
 }
 
-/// A second that is called by its number; every thirtieth begins a part.
+/// Frame of one second, labelled by its number; every thirtieth begins a part.
 RecordFrame second(int number) {
   const TimePoint from{std::chrono::seconds(number)};
   return {.bytes = bytes(std::to_string(number) + " "),
@@ -88,7 +88,7 @@ TEST_CASE("a black box has what was before, why, and the seconds after", "[unit]
   bench.box.trigger(cause_at(45));
   bench.box.write();
   REQUIRE(files_of(bench.folder) == std::vector<std::string>{"blackbox-19700101T000045.000Z-fault-x.log.zst"});
-  // On the disk at once: what opened the pack may take our supply, too.
+  // Written to disk at once: the cause of the opening may also interrupt the supply of the daemon.
   CHECK(text_of(bench.box.last_path()) == "why " + seconds_text(0, 44));
   CHECK(bench.box.files_written() == 0);
 
@@ -105,7 +105,7 @@ TEST_CASE("the memory keeps whole parts that reach back far enough, and no more"
   Bench bench({.before = 60s});
   bench.run_to(89);
   CHECK(bench.box.memory_length() == 89s);
-  bench.run_to(90);  // what begins at 30 s reaches back for a minute now
+  bench.run_to(90);  // the part from 30 s covers a minute now
   CHECK(bench.box.memory_length() == 60s);
   bench.run_to(119);
   CHECK(bench.box.memory_length() == 89s);

@@ -1,4 +1,4 @@
-// Files that may take so much room and no more.
+// Rotated files with a limited total size.
 #include "daemon/shell/recorder/kept_files.hpp"
 
 #include <filesystem>
@@ -27,7 +27,7 @@ void make(const TemporaryFolder& folder, const std::string& name, std::size_t si
 constexpr std::int64_t set_us = 1'700'000'000'000'000;  // 2023-11-14
 constexpr std::int64_t second_us = 1'000'000;
 
-/// The name of a new file of 100 bytes.
+/// Creates a file of 100 bytes and returns its name.
 std::string name_of_new(const KeptFiles& files, std::int64_t unix_time_us, std::string_view word = {}) {
   auto file = files.create(unix_time_us, word);
   REQUIRE(file);
@@ -92,7 +92,7 @@ TEST_CASE("the oldest go first, the newest stays, others are not ours", "[unit][
 TEST_CASE("a file that begins before the clock is set is newer than those that were there", "[unit][recording]") {
   const TemporaryFolder folder;
   const KeptFiles files(folder.path().string(), "drive");
-  // Two starts without a clock behind one with; in the second of them the clock is set while it runs.
+  // Two starts without a clock after one with; in the second of them the clock is set while it runs.
   std::vector<std::string> begun;
   for (const std::int64_t at_us :
        {set_us, set_us + 60 * second_us, 9 * second_us, 70 * second_us, 5 * second_us, set_us + 600 * second_us}) {
@@ -112,12 +112,12 @@ TEST_CASE("files without a set clock are in the order in which they were begun, 
   const TemporaryFolder folder;
   const KeptFiles files(folder.path().string(), "blackbox");
   std::vector<std::string> begun;
-  // The first is of a folder without a file of ours.
+  // The first is from a folder without such a file.
   for (int count = 0; count < 12; ++count) begun.push_back(name_of_new(files, (100 - count) * second_us, "fault-x"));
   CHECK(begun[0] == "blackbox-19700101T000140.000Z-fault-x.log.zst");
   CHECK(begun[11] == "blackbox-19700101T000129.000Z-after-19700101T000140.000Z-11-fault-x.log.zst");
   CHECK(names_in(files) == begun);
-  // The file that it comes after may have gone.
+  // The preceding file may have been removed.
   REQUIRE(files.make_room({.count_max = 3}, 0));
   begun.push_back(name_of_new(files, 7 * second_us, "routine-y"));
   CHECK(names_in(files) == std::vector<std::string>{begun[10], begun[11], begun[12]});

@@ -1,4 +1,4 @@
-// What the control loop hands to the recorder: parts that can be run again, and what is worth a black box.
+// Data from the control loop to the recorder: parts that can be replayed, and triggers of a black box.
 #include "daemon/shell/recorder/record_feed.hpp"
 
 #include <memory>
@@ -27,7 +27,7 @@ Scenario scenario_of(const std::string& text) {
   return *scenario;
 }
 
-/// A core, the pack around it, and the recorder's ear; what its thread would take is taken by hand.
+/// Core, the pack around it, and the recorder feed; the test takes the chunks instead of the recorder thread.
 class Bench {
  public:
   explicit Bench(const std::string& scenario = "1 vehicle on\n", Duration part_length = 2s)
@@ -46,7 +46,7 @@ class Bench {
   void run_to(Duration elapsed) {
     while (run_->elapsed() < elapsed) run_->step();
   }
-  /// As the recorder's thread does.
+  /// Takes all chunks, as the recorder thread does.
   std::vector<RecordTrigger> take_all() {
     std::vector<RecordTrigger> triggers;
     RecordChunk chunk;
@@ -132,7 +132,7 @@ TEST_CASE("what the loop hands over decides again as it did, part by part", "[un
   CHECK(run.counts.ticks > 800);
   CHECK(run.counts.ticks_different == 0);
   CHECK(run.counts.begun == 5);
-  // Nothing that the core remembers is left out: the state at the end of each part is that of the next one's beginning.
+  // No state of the core is omitted: the state at the end of each part equals that at the start of the next one.
   CHECK(run.ends_that_fit == 4);
   CHECK(run.ends_that_do_not == 0);
   CHECK(bench.feed().pieces_lost() == 0);
@@ -141,12 +141,12 @@ TEST_CASE("what the loop hands over decides again as it did, part by part", "[un
 TEST_CASE("where lines were lost a part begins that does not say it continues", "[unit][recording][F75]") {
   Bench bench;
   bench.take_while_running_to(3s);
-  bench.run_to(150s);  // nobody takes anything
+  bench.run_to(150s);  // no chunk is taken
   CHECK(bench.feed().pieces_lost() > 1'000);
   const std::uint64_t lost = bench.feed().pieces_lost();
   bench.take_while_running_to(155s);
   bench.end();
-  // What came until somebody took what was waiting, and no more.
+  // Only entries until the waiting chunks were taken are lost.
   CHECK(bench.feed().pieces_lost() < lost + 500);
   const Replayed run = replayed(bench.text());
   if (run.problem) FAIL("line " << run.problem->line << ": " << run.problem->text);
@@ -201,10 +201,10 @@ TEST_CASE("times follow a wall clock that jumps, and the recording still decides
 TEST_CASE("openings and faults are triggers also while lines are lost", "[unit][recording][black_box][F75]") {
   Bench bench("1 vehicle on\n+4 vehicle off\n+119 vehicle on\n+10 cell 2.7 voltage_mV 2700\n");
   bench.take_while_running_to(3s);
-  bench.run_to(150s);  // nobody takes anything
+  bench.run_to(150s);  // no chunk is taken
   REQUIRE(bench.feed().pieces_lost() > 1'000);
   const std::vector<RecordTrigger> before = bench.take_all();
-  REQUIRE(before.size() == 1);  // of before the hole
+  REQUIRE(before.size() == 1);  // from before the gap
   CHECK(before[0].event.cause == OpeningCause::request_over);
   bench.run_to(152s);
   const std::vector<RecordTrigger> after = bench.take_all();
@@ -213,7 +213,7 @@ TEST_CASE("openings and faults are triggers also while lines are lost", "[unit][
   REQUIRE(after[0].freeze);
   CHECK(after[0].unix_time_us < 1'700'000'136'000'000);
   CHECK(bench.feed().triggers_lost() == 0);
-  // What came with it, or soon behind it, is not told again.
+  // Events together with it, or shortly after it, do not trigger again.
   for (const RecordTrigger& trigger : after) {
     CHECK((trigger.event.id == EventId::opened || trigger.event.fault != FaultId::cell_undervoltage ||
            &trigger == &after[0]));
@@ -231,7 +231,7 @@ TEST_CASE("a second trigger in a chunk that waits is kept, too", "[unit][recordi
   };
   const TimePoint now = bench.run().now();
   tell({.id = EventId::fault_confirmed, .at = now, .fault = FaultId::cell_undervoltage});
-  tell({.id = EventId::fault_confirmed, .at = now + 1ms, .fault = FaultId::cell_undervoltage});  // was shown
+  tell({.id = EventId::fault_confirmed, .at = now + 1ms, .fault = FaultId::cell_undervoltage});  // already triggered
   tell({.id = EventId::fault_confirmed, .at = now + 2ms, .fault = FaultId::cell_overvoltage});
   tell({.id = EventId::opened, .at = now + 3ms, .cause = OpeningCause::request_over});
   const std::size_t waiting_before = bench.take_all().size();

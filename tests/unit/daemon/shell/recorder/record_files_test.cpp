@@ -1,4 +1,4 @@
-// A recording at full length in files.
+// Full-length recording in files.
 #include "daemon/shell/recorder/record_files.hpp"
 
 #include <filesystem>
@@ -15,7 +15,7 @@ using namespace bmu;
 
 namespace {
 
-/// Ten bytes; every fifth second begins a part.
+/// Frame of ten bytes; every fifth second begins a part.
 RecordFrame second(int number) {
   const TimePoint from{std::chrono::seconds(number)};
   std::string text = std::to_string(number);
@@ -73,7 +73,7 @@ TEST_CASE("what a disk does not take waits for it", "[unit][recording][F75]") {
   CHECK(files.is_waiting());
   std::filesystem::create_directory(parent.path() / "later");
   files.add(second(3));
-  CHECK(files.is_waiting());  // not every second: a full disk is not emptied by trying
+  CHECK(files.is_waiting());  // not every second: retries do not empty a full disk
   for (int number = 4; number < 8; ++number) files.add(second(number));
   CHECK_FALSE(files.is_waiting());
   CHECK(files.last_error().empty());
@@ -89,7 +89,7 @@ TEST_CASE("after a minute the oldest parts are lost and counted, and the next be
   std::filesystem::create_directory(parent.path() / "disk");
   RecordFiles files({.folder = parent / "disk", .file_bytes = 100, .retry = 1s});
   for (int number = 0; number < 12; ++number) files.add(second(number));
-  std::filesystem::rename(parent / "disk", parent / "away");  // when the file is full there is no folder for another
+  std::filesystem::rename(parent / "disk", parent / "away");  // there is no folder for the file after a full one
   for (int number = 12; number < 98; ++number) files.add(second(number));
   CHECK(files.is_waiting());
   CHECK_FALSE(files.last_error().empty());
@@ -107,7 +107,7 @@ TEST_CASE("after a minute the oldest parts are lost and counted, and the next be
     const int first = std::stoi(text);
     CHECK(first % 5 == 0);
     for (std::size_t at = 0; at < text.size(); at += 10) {
-      CHECK(std::stoi(text.substr(at)) == first + static_cast<int>(at / 10));  // no file has a hole
+      CHECK(std::stoi(text.substr(at)) == first + static_cast<int>(at / 10));  // no file has a gap
     }
   }
   CHECK(seconds + lost == 106);

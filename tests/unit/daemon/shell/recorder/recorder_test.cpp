@@ -1,4 +1,4 @@
-// The recorder with its thread and real files.
+// Recorder with its thread and real files.
 #include "daemon/shell/recorder/recorder.hpp"
 
 #include <chrono>
@@ -27,7 +27,7 @@ using bmu::test::demo_pack;
 
 namespace {
 
-/// A pack that closes, loses a cell after five seconds, and opens.
+/// Pack that closes, has a low cell after five seconds, and opens.
 struct Bench {
   PackConfig pack = demo_pack();
   std::unique_ptr<VirtualRun> run;
@@ -53,8 +53,8 @@ struct Bench {
   void run_to(Duration elapsed) {
     while (run->elapsed() < elapsed) run->step();
   }
-  /// As when time passes: the thread is done with every second before the next. What is offered while it holds the lock
-  /// is not taken, so ticks go on until it is, one for each moment that it was given.
+  /// Runs as in real time: the thread finishes every second before the next. Entries offered while it holds the lock
+  /// are not taken, so ticks continue until they are, one for each 10 ms that it was given.
   void run_with_thread_to(Duration elapsed) {
     for (Duration second = 1s; second <= elapsed; second += 1s) {
       run_to(second);
@@ -62,7 +62,7 @@ struct Bench {
           becomes([&](const RecorderStatus& status) { return status.memory_length >= second; }, [&] { run->step(); }));
     }
   }
-  /// Of the thread, which looks about once a second.
+  /// Waits for a status of the thread, which checks about once a second.
   template <class IsWanted, class Meanwhile>
   [[nodiscard]] bool becomes(IsWanted is_wanted, Meanwhile meanwhile) {
     const auto now = [] { return std::chrono::steady_clock::now(); };
@@ -104,7 +104,7 @@ ReplayCounts replayed(const std::string& path) {
   return replay.counts();
 }
 
-/// A recording at full length and black boxes.
+/// Options for a full-length recording and black boxes.
 RecorderOptions both_in(const TemporaryFolder& folder) {
   RecorderOptions options;
   options.files.folder = folder / "drive";
@@ -139,7 +139,7 @@ TEST_CASE("a recorder writes what can be run again, at full length and around an
 TEST_CASE("a recording's times are those of the wall clock, however late it begins", "[unit][recording][F68]") {
   const TemporaryFolder folder;
   const PackConfig pack = demo_pack();
-  const TimePoint began = monotonic_now() - 100s;  // when the core did
+  const TimePoint began = monotonic_now() - 100s;  // start of the core
   Core core(pack.core, began, 0);
   RecorderOptions options;
   options.files.folder = folder / "drive";
@@ -216,7 +216,7 @@ TEST_CASE("at the end a disk that comes back in time gets all of it", "[unit][re
   bench.run_with_thread_to(8s);
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed == 1; }));
   std::future<RecorderEnd> end = std::async(std::launch::async, [&] { return bench.recorder->end(60s); });
-  // In vain at first.
+  // Without success at first.
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_box_tries_failed > 1; }));
   std::filesystem::create_directory(folder / "boxes");
   CHECK(end.get() == RecorderEnd::all_written);
@@ -233,7 +233,7 @@ TEST_CASE("what no disk takes until the end is told", "[unit][recording][black_b
   Bench bench(options);
   std::filesystem::remove_all(folder / "boxes");
   bench.run_to(8s);
-  // A thread that gets no processor is left writing, and counts what it has lost later.
+  // A thread without processor time is left writing, and counts its losses later.
   CHECK(bench.recorder->end(1s) != RecorderEnd::all_written);
   REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.black_boxes_lost == 1; }));
   const RecorderStatus status = bench.recorder->status();
@@ -249,9 +249,9 @@ TEST_CASE("where memory is short a recording ends before the hole, and goes on b
   Bench bench(both_in(folder));
   bench.run_with_thread_to(3s);
   {
-    // A head is more than a megabyte of text; nothing else here is.
+    // Only a head exceeds a megabyte of text.
     const test::AllocationLimit limit(1'000'000);
-    bench.run_to(7s);  // in here it opens
+    bench.run_to(7s);  // opens within this time
     REQUIRE(bench.becomes([](const RecorderStatus& status) { return status.frames_lost > 0; }));
   }
   bench.run_to(12s);

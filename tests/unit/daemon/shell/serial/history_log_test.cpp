@@ -1,4 +1,4 @@
-// The minutes of a history as lines for a serial line.
+// Minutes of a history as lines for a serial port.
 #include "daemon/shell/serial/history_log.hpp"
 
 #include <filesystem>

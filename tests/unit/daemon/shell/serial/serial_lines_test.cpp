@@ -1,4 +1,4 @@
-// Lines out of whatever comes over a serial line, and what they are answered with.
+// Lines from the bytes of a serial port, and the replies to them.
 #include "daemon/shell/serial/serial_lines.hpp"
 
 #include <string>
@@ -31,7 +31,7 @@ std::vector<std::string> texts(std::string_view bytes) {
 
 using Texts = std::vector<std::string>;
 
-/// Takes any number of cells and remembers the last.
+/// Accepts any number of cells and stores the last.
 struct Taker {
   std::size_t wanted = 0;
   bool is_in_force = false;
@@ -67,7 +67,7 @@ TEST_CASE("a line that is too long is dropped whole and told once, however long 
   CHECK(texts(longest + "x\nHelp\n") == Texts{"<too long>", "Help"});
   const std::string endless(1'000'000, 'H');
   CHECK(texts(endless + "\nHelp\n") == Texts{"<too long>", "Help"});
-  // Its end is no command.
+  // The end of a line that is too long is not a command.
   CHECK(texts(longest + "LogReq\r\n") == Texts{"<too long>"});
   CHECK(texts(std::string(1'000'000, 'H')).empty());
 }

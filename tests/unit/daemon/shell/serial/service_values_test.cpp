@@ -1,4 +1,4 @@
-// The service mode of the serial console: what was measured in a second, only while it is wanted.
+// Service mode of the serial console: values measured within a second, only while the mode is on.
 #include "daemon/shell/serial/service_values.hpp"
 
 #include <cstdlib>
@@ -22,7 +22,7 @@ CoreConfig sloped_pack() {
   return config;
 }
 
-/// A pack whose decisions the service mode is told of.
+/// Pack that forwards its decisions to the service mode.
 struct Served {
   LivingPack pack{sloped_pack(), 0.5, {{}, {}, {.resistance_share = 0.4}}};  // cell 3 has more resistance
   ServiceValues values{pack.core()};

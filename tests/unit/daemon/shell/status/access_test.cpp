@@ -1,4 +1,4 @@
-// Who may do what on the status socket: every kind of peer against every command there is, with and without the groups.
+// Access rights on the status socket: every kind of peer against every command, with and without the groups.
 #include "daemon/shell/status/access.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ const AccessRules only_readers{.own_user_id = own_user, .groups = {.readers = re
 struct Kind {
   std::string name;
   Peer peer;
-  bool may_read;  // where both groups are there
+  bool may_read;  // if both groups exist
   bool may_control;
 };
 
@@ -50,7 +50,7 @@ std::vector<Kind> kinds() {
   };
 }
 
-/// The commands over a core that lies on its bench.
+/// Commands of the status socket with a core on its bench.
 struct Desk {
   test::ToldCore told{test::CoreBench(test::small_pack())};
   test::CoreBench& bench = told.bench;
@@ -89,7 +89,7 @@ struct Desk {
   }
 };
 
-/// What each command takes, said once more and by itself: a row that comes or changes has to be thought about twice.
+/// Required right of each command, specified independently: a new or changed row must be considered twice.
 struct Expected {
   Json request;
   bool is_control;
@@ -137,7 +137,7 @@ TEST_CASE("a group that is not there gives nobody a right", "[unit][access]") {
     CHECK(may(only_readers, kind.peer, Right::control) == is_owner);
     CHECK(may(only_admins, kind.peer, Right::control) == kind.may_control);
     CHECK(may(only_admins, kind.peer, Right::read) == kind.may_control);
-    // The mode of the socket's file has let them in.
+    // The file mode of the socket has admitted them.
     CHECK(may(without_groups, kind.peer, Right::read));
   }
   const Peer reader{.user_id = 1'001, .group_id = readers};
@@ -252,7 +252,7 @@ TEST_CASE("what others cause is logged ten times a minute, and then how often it
   CHECK(lines.back() == "990 more such lines were left out within a minute");
   log.tell_left_out(start + 5min);
   CHECK(lines.size() == SparingLog::lines_max + 1);
-  // A new minute begins with the next line, whoever asks or not.
+  // A new minute begins with the next line, independent of requests.
   log.log(start + 10min, "again");
   CHECK(lines.back() == "again");
 }

@@ -1,4 +1,4 @@
-// What the status socket answers is one line as a tree would have been written, and making it takes little.
+// Replies of the status socket are one line, equal to the output of a tree, and need few allocations.
 #include <cmath>
 #include <functional>
 #include <string>
@@ -44,7 +44,7 @@ FreezeFrame full_frame() {
   return frame;
 }
 
-/// Each row has happened, in a life before this one, and was cleared by somebody with an odd name.
+/// Each fault occurred in a previous session, and was cleared by a user with an odd name.
 PersistentState with_all_recorded() {
   PersistentState state;
   for (FaultRecord& record : state.faults) {
@@ -57,7 +57,7 @@ PersistentState with_all_recorded() {
   return state;
 }
 
-/// The commands over a core, and users of whom one has an odd name.
+/// Commands of the status socket with a core, and users of which one has an odd name.
 struct Desk {
   TemporaryFolder folder;
   test::ToldCore told;
@@ -128,7 +128,7 @@ const Json* row_named(const Json& reply, std::string_view name) {
 }
 
 std::uint64_t allocations_of(const std::function<std::string()>& make) {
-  static_cast<void>(make());  // what is made once
+  static_cast<void>(make());  // allocated only once
   const std::uint64_t before = test::allocation_count();
   static_cast<void>(make());
   return test::allocation_count() - before;
@@ -276,7 +276,7 @@ TEST_CASE("an answer asks for memory a few times, however many faults are record
   struct Answer {
     const char* command;
     std::uint64_t pieces_max;
-    std::uint64_t pieces_of_a_tree;  // what it took when all of it was one
+    std::uint64_t pieces_of_a_tree;  // required by a complete tree
   };
   Desk desk(with_all_recorded());
   worlds()[4].make(desk);

@@ -1,4 +1,4 @@
-// The pages for somebody who stands before the pack are what the tables say.
+// Troubleshooting pages match the tables.
 #include "daemon/shell/status/fault_page.hpp"
 
 #include <cstdlib>

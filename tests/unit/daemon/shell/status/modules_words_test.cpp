@@ -1,4 +1,4 @@
-// What the daemon and bmuctl say of modules that are not where, or what, they should be.
+// Texts of the daemon and bmuctl about modules that are not in their place, or not as configured.
 #include <string>
 
 #include "daemon/shell/status/modules_json.hpp"
@@ -20,7 +20,7 @@ PersistentState known_1001_and_1002() {
   return state;
 }
 
-/// What the modules of the pack file say to the first POLL does not arrive: they may be changed before they are heard.
+/// Drops the answers of the modules to the first POLL, so that a test can change them before they are received.
 void lose_first_answers(CoreBench& bench) {
   bench.is_lost = [&bench](const CanFrame&) { return bench.now() < TimePoint{1s} + 50ms; };
 }
@@ -110,7 +110,7 @@ TEST_CASE("an assignment is told as it stands", "[unit][why][MMU_N]") {
   const Json already = assign(1002, 2);
   CHECK(already["text"] == "serial number 1002 has node 2 already");
   CHECK(already["is_over"] == true);
-  CHECK(already["is_done"] == true);  // as it was to be
+  CHECK(already["is_done"] == true);  // already as requested
   const Json asking = assign(1002, 9);
   CHECK(asking["text"] == "serial number 1002 is given node 9");
   CHECK(asking["is_over"] == false);
@@ -170,7 +170,7 @@ TEST_CASE("accept says who was accepted and who could not be, one who is merely 
         "Module 3 is serial number 5 from now on, it was 4.\nNot accepted: module 2 has not said who it is.\n"
         "Still so: module 3, serial number 5, has 3 cells, expected 4.\n");
   CHECK_FALSE(leaves_unaccepted(Reply(reply)));
-  reply["node"] = 2;  // it was asked for by name
+  reply["node"] = 2;  // this node was requested
   CHECK(leaves_unaccepted(Reply(reply)));
   for (const char* reason : {"two speak", "named otherwise"}) {
     reply["node"] = nullptr;
@@ -209,7 +209,7 @@ TEST_CASE("what became of accepting is told for each module asked for", "[unit][
     CHECK(again["node"] == 1);
     CHECK(again["accepted"].empty());
     CHECK(again["already"][0] == Json{{"node", 1}, {"serial_number", 5555}});
-    CHECK(again["not_accepted"].empty());  // only of the node that was asked for
+    CHECK(again["not_accepted"].empty());  // only the requested node
   }
   SECTION("two under one number") {
     CoreBench bench(config, known_1001_and_1002());

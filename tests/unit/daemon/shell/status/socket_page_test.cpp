@@ -1,4 +1,4 @@
-// docs/socket-protocol.md says of each command which right it takes. The rest of that table is held by tests/docs.
+// docs/socket-protocol.md gives the right required by each command. tests/docs checks the rest of that table.
 #include <fstream>
 #include <sstream>
 

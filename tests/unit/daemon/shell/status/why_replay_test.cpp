@@ -1,4 +1,4 @@
-// "Why" is asked of a core that follows a recording as of the one that drove the pack, and both say the same.
+// A core that follows a recording gives the same reply to "why" as the core that drove the pack.
 #include "daemon/shell/status/why_json.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -9,11 +9,11 @@ using bmu::test::small_pack;
 
 namespace {
 
-/// Follows the bench: is told what the bench's core is told, and decides when that one does.
+/// Core that follows the bench: it receives the same observations, and decides at the same times.
 class Follower {
  public:
   explicit Follower(CoreBench& bench) : core_(small_pack(), TimePoint{1s}) {
-    // The bench has told of its buses, and decided for it, before anybody listened.
+    // The bench has observed its buses, and decided on them, before its hooks were set.
     core_.observe({bench.now(), PortChanged{Port::internal, true}});
     static_cast<void>(core_.decide(bench.now()));
     core_.observe({bench.now(), PortChanged{Port::vehicle, true}});

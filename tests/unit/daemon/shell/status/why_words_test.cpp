@@ -1,4 +1,4 @@
-// The words of "why": what was last heard of who fell silent, what is past, and where a number comes from.
+// Texts of "why": the last values of a silent sender, past events, and the source of a number.
 #include <string>
 
 #include "daemon/core/records/event.hpp"

@@ -1,4 +1,4 @@
-// The temperature of the intake air: of each source, into 627h, and unknown where it is missing, absurd or too old.
+// Temperature of the intake air: from each source, in 627h, and unknown if it is missing, absurd or stale.
 #include "daemon/shell/system/intake_air.hpp"
 
 #include <chrono>
@@ -70,7 +70,7 @@ TEST_CASE("the intake air of a board sensor of a module is reported while the mo
 TEST_CASE("the intake air of the PDU is reported until it is too old", "[unit][vehicle][AIR_1]") {
   CoreBench bench(pack_with({.source = AirSource::pdu, .age_max = 3s}));
   bench.run(100ms);
-  bench.observe(IntakeAirSeen{.temperature_dC = 500});  // not the source that is named
+  bench.observe(IntakeAirSeen{.temperature_dC = 500});  // not the configured source
   bench.deliver(pdu_temperature_frame(known(-53), 7));
   bench.run(1500ms);
   CHECK(bench.core().intake_air_dC(bench.now()).value == -53);
@@ -99,7 +99,7 @@ TEST_CASE("an open sensor of the PDU is unknown at once", "[unit][vehicle][AIR_1
 TEST_CASE("the intake air of a file is reported until it is too old, and no absurd one", "[unit][vehicle][AIR_1]") {
   CoreBench bench(pack_with({.source = AirSource::file, .age_max = 3s}));
   bench.run(100ms);
-  bench.deliver(pdu_temperature_frame(known(500), 1));  // not the source that is named
+  bench.deliver(pdu_temperature_frame(known(500), 1));  // not the configured source
   CHECK_FALSE(bench.core().intake_air_dC(bench.now()).is_valid());
   bench.observe(IntakeAirSeen{.temperature_dC = 234});
   bench.run(1500ms);

@@ -1,4 +1,4 @@
-// Files that tools write: whole or not at all.
+// Files written by tools: completely or not at all.
 #include "daemon/shell/system/whole_file.hpp"
 
 #include <filesystem>
@@ -51,7 +51,7 @@ TEST_CASE("a link to a file stays one, and what is no file is written as it is",
   REQUIRE(write_whole_file("/dev/null", "new"));
   CHECK(std::filesystem::is_character_file("/dev/null"));
   CHECK(write_whole_file("/dev/full", "new").error() == "No space left on device");
-  // Where the other name of a file is written, this one keeps what it has.
+  // Writing the other name of a file does not change the content of this one.
   std::filesystem::create_hard_link(page, folder / "hard.html");
   REQUIRE(write_whole_file(folder / "hard.html", "newer"));
   CHECK(content_of(page) == "new");

@@ -1,4 +1,4 @@
-// Recordings of cells as they come: columns in any order, packed or not, and what is said of those that are wrong.
+// Recordings of cells: columns in any order, compressed or not, and the errors reported for invalid ones.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -14,7 +14,7 @@ using namespace bmu::cell;
 
 namespace {
 
-/// A file of its own, gone with the test.
+/// Temporary file with a recording.
 class Recording {
  public:
   explicit Recording(const std::string& text, const std::string& name = "recording.csv")

@@ -1,5 +1,5 @@
-// CSV as testers, spreadsheets and R write it: what is read of it, and what is refused because its meaning is not
-// certain.
+// CSV as cell testers, spreadsheets and R write it: accepted files, and files rejected because their meaning is
+// ambiguous.
 #include "tools/bmucell/data/csv_table.hpp"
 
 #include <cmath>
@@ -114,7 +114,7 @@ TEST_CASE("a last line without a line end may be cut off: it is left out, and is
   REQUIRE(torn);
   CHECK(torn->row_count() == 1);
   CHECK(torn->torn_line == 3);
-  // "7" of "79.840" is a number, too; nor is a number of as many digits as those above it certain.
+  // "7" of "79.840" is a number, too; a number with as many digits as those above it is not certain either.
   for (const char* const cut : {"3,7", "3,79.84", "3,", "3", "3,2.0", "\"3\",7", "3,x", "3,4,5"}) {
     CAPTURE(cut);
     const auto one = parse_csv("a,b\n1,2.0\n" + std::string(cut), spec);

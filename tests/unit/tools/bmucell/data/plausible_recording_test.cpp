@@ -1,4 +1,4 @@
-// Each bound of what a test of a cell can be, from both sides.
+// Plausibility limits of a cell test, each from both sides.
 #include "tools/bmucell/data/plausible_recording.hpp"
 
 #include <array>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double capacity_Ah = 10.0;
 
-/// A sloped cell of 10 Ah with 5 mOhm from 90 %, with 5 A and 1 A in turns of a minute, a row every 10 s, for an hour:
-/// 3 Ah.
+/// Recording of a sloped cell of 10 Ah with 5 mOhm from 90 %, alternating between 5 A and 1 A every minute, a row every
+/// 10 s, for an hour: 3 Ah.
 Series drive() {
   Series series{.name = "drive", .has_temperature = true, .has_soc = true};
   double soc = 0.9;
@@ -112,7 +112,7 @@ TEST_CASE("temperatures are in degrees Celsius that the cell may have", "[unit][
   CHECK(has(problem_at(298.15), "; in K?"));
   CHECK(has(problem_at(250.0), "; in "));
   CHECK(has(implausible_values(changed([](SeriesRow& row) { row.temperature_C = 298.15; })), "; in K?"));
-  // A sensor that failed once is no other unit.
+  // A sensor that failed once does not mean another unit.
   Series series = drive();
   series.rows[7].temperature_C = 3'000.0;
   CHECK(implausible_values(series, permitting(-200, 600)).empty());
@@ -129,7 +129,7 @@ TEST_CASE("the voltage answers steps and charge as a cell's does", "[unit][bmuce
   const auto reversed = [](SeriesRow& row) { row.current_A = -row.current_A; };
   CHECK(
       has(implausible_current(changed(reversed), capacity_Ah), "expected a current that is positive out of the cell"));
-  // Without a step: by the charge alone.
+  // Without a step: from the charge alone.
   const auto steady = [](SeriesRow& row) {
     row.current_A = 3.0;
     row.voltage_V = 3.2 + 0.9 * (0.9 - row.time_s * 3.0 / 36'000.0);
@@ -140,7 +140,7 @@ TEST_CASE("the voltage answers steps and charge as a cell's does", "[unit][bmuce
     row.current_A = -3.0;
   };
   CHECK(has(implausible_current(changed(steady_reversed), capacity_Ah), "positive out of the cell"));
-  // A tenth of the capacity is needed for that.
+  // This requires a tenth of the capacity.
   CHECK(implausible_current(changed(steady_reversed), 10.0 * capacity_Ah).empty());
 }
 

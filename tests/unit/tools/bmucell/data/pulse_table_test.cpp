@@ -1,4 +1,4 @@
-// Tables of pulses as test benches write them, and their pulses found in a recording.
+// Pulse tables as test benches write them, and the detection of their pulses in a recording.
 #include "tools/bmucell/data/pulse_table.hpp"
 
 #include <cmath>
@@ -23,7 +23,8 @@ std::string problem_of(const std::string& text) {
   return table.error().substr(path.size());
 }
 
-/// A row a second: rest, and a pulse of four rows at each of the given currents, of half a percent of charge each.
+/// Recording with a row per second: rest, and a pulse of four rows at each of the given currents, of half a percent of
+/// charge each.
 Series pulses_of(const std::vector<double>& currents_A) {
   Series series{.name = "pulses.csv", .has_temperature = true, .has_soc = true};
   double soc = 0.9;
@@ -33,7 +34,7 @@ Series pulses_of(const std::vector<double>& currents_A) {
   };
   for (const double current_A : currents_A) {
     for (int rest = 0; rest < 20; ++rest) row(0.0);
-    row(0.3 * current_A);  // began within the second
+    row(0.3 * current_A);  // started within the second
     for (int second = 0; second < 3; ++second) row(current_A);
     soc -= 0.005;
   }
@@ -93,7 +94,7 @@ TEST_CASE("each of the table's pulses is found, and what the table does not have
   CHECK(found->at(0).told.temperature_C == 25.0);
   CHECK(found->at(1).first == 68);
   CHECK(found->at(1).end == 72);
-  CHECK(found->at(1).told.temperature_C == 21.0);  // the series'
+  CHECK(found->at(1).told.temperature_C == 21.0);  // from the series
   CHECK(found->at(2).first == 92);
 }
 
@@ -127,7 +128,7 @@ TEST_CASE("a current that already flows as the recording begins is no pulse", "[
   series.rows.erase(series.rows.begin(), series.rows.begin() + 20);
   CHECK_FALSE(find_pulses(wanted({{0.9, 5.0, 0.01, 25.0}}), series));
   series = pulses_of({5.0});
-  series.rows.pop_back();  // one that still flows as it ends is
+  series.rows.pop_back();  // a current that still flows at the end is a pulse
   const auto found = find_pulses(wanted({{0.9, 5.0, 0.01, 25.0}}), series);
   REQUIRE(found);
   CHECK(found->at(0).end == series.rows.size());

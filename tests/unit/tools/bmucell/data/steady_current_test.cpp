@@ -1,4 +1,4 @@
-// Currents that flow steadily, and voltages that go with them, against them, or by themselves.
+// Steady currents, and voltages that follow, contradict or ignore them.
 #include "tools/bmucell/data/steady_current.hpp"
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct Part {
   double current_A = 0.0;
 };
 
-/// A cell of 10 Ah from 90 %: a slope of 0.9 V, 5 mOhm at once, and as much that settles with `settles_s`.
+/// Recording of a cell of 10 Ah from 90 %: a slope of 0.9 V, 5 mOhm at once, and as much that settles with `settles_s`.
 Series record(const std::vector<Part>& parts, double settles_s = 600.0) {
   Series series{.name = "record", .has_temperature = true};
   double soc = 0.9;
@@ -44,7 +44,7 @@ Series without_sign(Series series) {
   return series;
 }
 
-/// 2 A out of the cell for 1500 s, in which the voltage rises by 540 s times this.
+/// Recording of 2 A out of the cell for 1500 s; the rise that counts is 540 s times this slope of the voltage.
 Series steady(double slope_V_per_s, double lasts_s = 1'500.0) {
   Series series{.name = "steady", .has_temperature = true};
   for (double time_s = 0.0; time_s <= lasts_s; time_s += row_s) {
@@ -106,7 +106,7 @@ TEST_CASE("a voltage that comes back after a load is no charge, at rest nor unde
       CHECK(implausible_steady_current(both, capacity_Ah) == "");
     }
   }
-  // As much after a charge, downwards.
+  // The same after a charge, downwards.
   CHECK(implausible_steady_current(record({{60, 8.0}, {12, -30.0}, {60, -0.5}}), capacity_Ah) == "");
 }
 
@@ -116,7 +116,7 @@ TEST_CASE("a steady current is judged from 10 mV in 10 min on, over 25 min", "[u
         "without its sign?");
   CHECK(implausible_steady_current(steady(0.009'999 / 540.0), capacity_Ah) == "");
   CHECK(implausible_steady_current(steady(just_enough_V_per_s, 1'490.0), capacity_Ah) == "");
-  // Half as fast takes twice as long.
+  // Half the slope requires twice the time.
   CHECK(implausible_steady_current(steady(just_enough_V_per_s / 2.0, 2'690.0), capacity_Ah) == "");
   CHECK(implausible_steady_current(steady(just_enough_V_per_s / 2.0, 2'700.0), capacity_Ah) != "");
 }

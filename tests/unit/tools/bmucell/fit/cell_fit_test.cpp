@@ -1,4 +1,4 @@
-// The fit on cells whose tables are known: what it finds, what it leaves alone, and what it never makes.
+// Fit of cells with known tables: fitted values, unchanged values, and results that must never occur.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -16,7 +16,7 @@ using namespace bmu::cell;
 
 namespace {
 
-/// The time constants and kinetics that the plan below has, so that the tables can be found at all.
+/// Cell with the time constants and charge transfer of the plan below, so that its tables can be found at all.
 CellDynamics known_cell() {
   CellDynamics cell = test::sloped_cell();
   cell.activation_K = 4000.0;
@@ -70,7 +70,7 @@ double settled_Ohm(const CellDynamics::Row& row, std::size_t point) {
 
 TEST_CASE("least squares of a line through four points is the one worked out by hand", "[unit][bmucell]") {
   NormalEquations equations(2);
-  // y = 1, 3, 4, 8 at x = 0 to 3: slope 2.2, at nothing 0.7; squares left over: 0.09 + 0.01 + 1.21 + 0.49.
+  // y = 1, 3, 4, 8 at x = 0 to 3: slope 2.2, at zero 0.7; squared residuals: 0.09 + 0.01 + 1.21 + 0.49.
   const std::vector<double> values{1.0, 3.0, 4.0, 8.0};
   for (std::size_t x = 0; x < values.size(); ++x)
     equations.add({{0, 1.0}, {1, static_cast<double>(x)}}, values[x], 0.5);
@@ -122,7 +122,7 @@ TEST_CASE("the same recordings give the same tables", "[unit][bmucell]") {
 
 TEST_CASE("no resistance is below nothing and no curve falls, whatever the recording says", "[unit][bmucell]") {
   Series nonsense = recording(known_cell(), 25.0, 1.0, 0.0, 3);
-  for (SeriesRow& row : nonsense.rows) row.voltage_V = 7.4 - row.voltage_V;  // rises as the cell is emptied
+  for (SeriesRow& row : nonsense.rows) row.voltage_V = 7.4 - row.voltage_V;  // rises while the cell is discharged
   const CellDynamics truth = known_cell();
   const Fit found = fit(plan_of(truth), wishes_of(truth), {{.series = nonsense}});
   for (const CellDynamics::Row& row : found.cell.rows) {
@@ -150,7 +150,7 @@ TEST_CASE("rows in which something was not measured do not count", "[unit][bmuce
 
 TEST_CASE("a slow curve with a counter of its own is laid onto the curve by its shape", "[unit][bmucell]") {
   CellDynamics cell = known_cell();
-  // A bend, or any shift would do.
+  // A curvature, because any shift would fit otherwise.
   for (CellDynamics::Row& row : cell.rows) {
     for (std::size_t point = 0; point < row.ocv_V.size(); ++point) {
       const double soc = static_cast<double>(point) / 50.0;
@@ -162,7 +162,7 @@ TEST_CASE("a slow curve with a counter of its own is laid onto the curve by its 
   const double settled = half.series_Ohm + half.kinetic_Ohm + half.pair_Ohm[0] + half.pair_Ohm[1] + half.pair_Ohm[2];
   for (int minute = 0; minute <= 1200; ++minute) {
     const double soc = 1.0 - minute / 1200.0;
-    // The counter says 4 % more than left, from full on; and the voltage is 12 mV low all along.
+    // The counter shows 4 % more than the charge removed since full; and the voltage is 12 mV too low throughout.
     const double counted = 1.0 - 1.04 * (1.0 - soc);
     slow.rows.push_back({minute * 60.0, 0.5, at(cell, soc, 25.0).ocv_V - 0.5 * settled - 0.012, 25.0, counted});
   }

@@ -1,4 +1,4 @@
-// What of a fit is refused, and what its user is warned of.
+// Fits that are rejected, and warnings to the user.
 #include "tools/bmucell/fit/fit_check.hpp"
 
 #include <string>
@@ -11,7 +11,7 @@ using namespace bmu::cell;
 
 namespace {
 
-/// A curve at 25 C from 3 V to so much more, and a recording from one charge to another that is missed by 5 mV.
+/// Curve at 25 C from 3 V over `span_V`, and a recording between two SOCs with a residual of 5 mV.
 struct Fitted {
   explicit Fitted(double span_V = 1.0, double min_soc = 0.05, double max_soc = 0.95) {
     CellDynamics::Row row{.temperature_C = 25.0};

@@ -1,4 +1,4 @@
-// Frames under identifiers of devices that may be others': which of them bmudump takes for the device's.
+// Frames with identifiers of devices that may be from other senders: which of them bmudump attributes to the device.
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -46,7 +46,7 @@ bool is_out_of_range(const std::string& text) {
          text.find("no text") != std::string::npos;
 }
 
-/// Of its worked frames those that fit, and of the others what is said of them.
+/// Number of worked frames that fit, and the texts of the others.
 struct Worked {
   int fitting = 0;
   std::vector<std::string> others;
@@ -90,7 +90,7 @@ TEST_CASE("every worked frame of a device fits it, but for those that are out of
 }
 
 TEST_CASE("frames that cars have under identifiers of devices do not fit these", "[unit][bmudump][devices][fit]") {
-  // Of another length.
+  // Wrong length.
   CHECK_FALSE(fits_device("brusa_nlg5", frame_of(0x610, {0, 0, 0, 0, 0, 0, 0, 0})));
   CHECK_FALSE(fits_device("iso165c", frame_of(0x037, {0xF4, 1, 0, 0, 0, 0, 0, 0})));
   // A voltage of 2,560 V at 0.1 V, 6,144 A of mains, a temperature of 1,587 C, a cell of 41 V.
@@ -102,10 +102,10 @@ TEST_CASE("frames that cars have under identifiers of devices do not fit these",
   CHECK_FALSE(fits_device("outlander_cmu", frame_of(0x3C3, {0x80, 0x00, 0, 0, 3, 0, 0, 0})));  // 32.8 V
   CHECK_FALSE(fits_device("outlander_cmu", frame_of(0x3C3, {0x0F, 0x6E, 7, 0, 3, 0, 0, 0})));  // balancing 7
   CHECK_FALSE(fits_device("lem_cab", frame_of(0x3C2, {0, 0x12, 0x34, 0x56, 0, 0, 0, 0})));
-  // Commands and answers that there are none of.
+  // Commands and answers that do not exist.
   CHECK_FALSE(fits_device("ivt_s", frame_of(0x411, {0x00, 0x12, 0, 0, 0, 0, 0, 0})));
   CHECK_FALSE(fits_device("ivt_s", frame_of(0x511, {0x12, 0, 0, 0, 0, 0, 0, 0})));
-  // No checksum.
+  // Wrong checksum.
   CHECK_FALSE(fits_device("i3_csc", frame_of(0x123, {0xD8, 0x8F, 0xDB, 0x8F, 0xDB, 0x8F, 0xA0, 0x89})));
   CHECK(fits_device("i3_csc", frame_of(0x123, {0xD8, 0x8F, 0xDB, 0x8F, 0xDB, 0x8F, 0xA0, 0x88})));
 }
@@ -123,7 +123,7 @@ TEST_CASE("a row that nothing contradicts fits everything of its length, and tha
   CHECK(fit_of_device("victron", frame_of(0x372, {0xFF, 0xFF, 0, 0, 0, 0, 0, 0})) == Fit::unproven);
   CHECK(fit_of_device("sma", frame_of(0x35A, any)) == Fit::unproven);
   CHECK(fit_of_device("sma", frame_of(0x00F, {})) == Fit::unproven);
-  // Voltages and currents that most numbers can be; unknown, nothing at all.
+  // Most numbers are possible voltages and currents; unknown values prove nothing.
   CHECK(fit_of_device("brusa_nlg5", frame_of(0x612, {0, 160, 120, 126, 0, 0, 0, 0})) == Fit::unproven);
   CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x625, any)) == Fit::unproven);
   CHECK(fit_of(vehicle_bus::catalogue, frame_of(0x628, {0, 96, 8, 12, 14, 88})) == Fit::unproven);
@@ -136,7 +136,7 @@ TEST_CASE("a checksum, a range, a mark or a name proves whose a frame is", "[uni
   CHECK(fit_of_device("ivt_s", frame_of(0x524, {3, 2, 0, 0, 0x30, 0x39})) == Fit::proven);
   CHECK(fit_of_device("cell_data", frame_of(0x650, {1, 7, 0x8E, 0xA0, 0x8E, 0x92, 0x8E, 0xB2})) == Fit::proven);
   CHECK(fit_of_device("pylontech", frame_of(0x356, {0, 0, 0, 0, 0xFA, 0, 0, 0})) == Fit::proven);
-  // With the mark of its maker, and without.
+  // With the mark of its manufacturer, and without.
   CHECK(fit_of_device("pylontech", frame_of(0x359, {0, 0, 0, 0, 1, 'P', 'N', 0})) == Fit::proven);
   CHECK(fit_of_device("pylontech", frame_of(0x359, {0xDE, 0xAD, 0xBE, 0xEF, 0x12, 0x34, 0x56, 0x78})) == Fit::no);
   CHECK(fit_of_device("sma", frame_of(0x35E, {'P', 'Y', 'L', 'O', 'N', 0, 0, 0})) == Fit::proven);
@@ -192,7 +192,7 @@ TEST_CASE("the internal bus is shown by right seals, not by one of many", "[unit
   CHECK(shown_by(9, 2));
   CHECK_FALSE(shown_by(10, 2));
   CHECK(shown_by(10, 3));
-  // Where others have the identifiers one of 256 is right.
+  // If other senders use the identifiers, one of 256 checksums is correct.
   Evidence car;
   car.note_seal(false);
   car.note_seal(false);

@@ -1,4 +1,4 @@
-// Which dialect a pack speaks, and that a bus is read by the one it says.
+// Detection of the dialect of a pack, and decoding of the bus by the detected one.
 #include <array>
 #include <string>
 #include <vector>
@@ -19,7 +19,7 @@ CanFrame text_frame(std::uint32_t id, std::string_view text) {
   return frame;
 }
 
-/// As long a 622h as that of elithion, with a name of its own.
+/// 622h as long as that of elithion, with its own name.
 constexpr SignalSpec other_status_signals[] = {{.name = "other_state", .first_bit = byte(0), .bit_count = 8}};
 constexpr MessageSpec other_status{
     .name = "OTHER_STATUS", .base_id = 0x622, .length = 7, .signals = other_status_signals, .meaning = "of a test"};
@@ -29,7 +29,7 @@ constexpr Dialect two_dialects[] = {
     {.name = "other", .pack_name = "Other 99", .status_length = 7, .rows = other_rows},
 };
 
-/// What a log makes on standard output.
+/// Standard output for a log.
 std::string text_of(const std::vector<CanFrame>& frames, const std::string& dialect) {
   std::array<int, 2> ends{};
   REQUIRE(::pipe(ends.data()) == 0);

@@ -1,5 +1,4 @@
-// A cell's capacity from pairs of anchors: what it comes to can be worked out by hand, or is compared with the cell
-// that the pairs were made of.
+// Cell capacity from pairs of anchors: compared with results by hand, or with the cell that generated the pairs.
 #include "daemon/core/estimation/health/capacity_estimate.hpp"
 
 #include <cmath>
@@ -34,7 +33,7 @@ CapacityEstimate estimate_of(const CapacityPrior& prior, const std::vector<Capac
   return estimate;
 }
 
-/// A whole measurement of a capacity, as a share of the rated one.
+/// Measurement of the capacity over the full range, relative to the rated one.
 CapacityPair measured(double share, double sigma_share) {
   return {.charge_As = share * rated_As,
           .charge_sigma_As = sigma_share * rated_As,
@@ -98,7 +97,7 @@ TEST_CASE("a prior that is none gives nothing, and pairs are passed over", "[uni
 }
 
 TEST_CASE("pairs and prior are weighted by what they are sure of", "[unit][estimators][BMS_F.6]") {
-  // Two normal measurements: weights 1/4 and 1/1 of 2 % and 1 %.
+  // Two normally distributed measurements: weights 1/4 and 1/1 of 2 % and 1 %.
   const CapacityEstimate estimate = estimate_of(prior_of(0.02), {measured(0.95, 0.01)});
   CHECK(estimate.pairs() == 1);
   CHECK(estimate.capacity_As() == Approx((1.0 / 4.0 * 1.0 + 1.0 * 0.95) / 1.25 * rated_As).epsilon(1e-4));
@@ -108,7 +107,7 @@ TEST_CASE("pairs and prior are weighted by what they are sure of", "[unit][estim
 TEST_CASE("a pair of two anchors tells a capacity, charged or discharged, as sure as both errors allow",
           "[unit][estimators][BMS_F.6]") {
   for (const double sign : {1.0, -1.0}) {
-    // 60 % of 32.4 kAs. 1 % of the change and 324 As together, at that capacity: sigma 2 %  and 1 %... of it.
+    // 60 % of 32.4 kAs. The charge is uncertain by 1 %, which is 324 As of that capacity, the SOC change by 2 %.
     const CapacityPair pair{.charge_As = sign * 19'440.0,
                             .charge_sigma_As = 0.01 * 19'440.0,
                             .soc_change = sign * 0.6,
@@ -191,13 +190,13 @@ TEST_CASE("absurd pairs are refused, counted, and change nothing", "[unit][estim
   CHECK(is_refused(with(&CapacityPair::charge_sigma_As, 0.0)));
   CHECK(is_refused(with(&CapacityPair::charge_sigma_As, -1.0)));
   CHECK(is_refused(with(&CapacityPair::soc_change_sigma, -0.001)));
-  CHECK(is_refused(with(&CapacityPair::charge_As, -18'000.0)));  // the cell was emptied, and rose
+  CHECK(is_refused(with(&CapacityPair::charge_As, -18'000.0)));  // the cell was discharged, and its SOC rose
   CHECK(is_refused(with(&CapacityPair::soc_change, 0.0)));
   CHECK(is_refused({}));
-  // Too close, and farther than can be.
+  // SOC change too small, and larger than possible.
   CHECK(is_refused({.charge_As = 3'560.0, .charge_sigma_As = 1.0, .soc_change = 0.099, .soc_change_sigma = 0.0}));
   CHECK(is_refused({.charge_As = 36'400.0, .charge_sigma_As = 1.0, .soc_change = 1.01, .soc_change_sigma = 0.0}));
-  // A capacity that no such cell has.
+  // Capacity that no such cell has.
   CHECK(is_refused(measured(0.299, 0.01)));
   CHECK(is_refused(measured(1.301, 0.01)));
   CHECK(estimate.take({.charge_As = 3'600.0, .charge_sigma_As = 1.0, .soc_change = 0.1, .soc_change_sigma = 0.0}));
@@ -211,21 +210,22 @@ TEST_CASE("a pair that contradicts many others hardly moves them, and leaves a d
   const double before_As = estimate_of(prior_of(0.1), pairs).sigma_As();
   pairs.push_back(measured(0.6, 0.01));
   const CapacityEstimate estimate = estimate_of(prior_of(0.1), pairs);
-  // Believed like the others it would be 0.9 - 0.3 / 9.
+  // With the same weight as the others it would be 0.9 - 0.3 / 9.
   CHECK(estimate.capacity_As() < 0.8999 * rated_As);
   CHECK(estimate.capacity_As() > 0.895 * rated_As);
   CHECK(estimate.sigma_As() > 2.0 * before_As);
 }
 
 TEST_CASE("a pair counts in full up to two and a half sigmas of both, and less beyond", "[unit][estimators][BMS_F.6]") {
-  // 1 % each: 1.414 % together. Both are as sure, so both doubts shift the middle towards what was known.
+  // 1 % each: 1.414 % together. Both are equally certain, so beyond the edge the weights of both shift the middle
+  // towards the prior.
   const auto share_with = [](double share) {
     return estimate_of(prior_of(0.01), {measured(share, 0.01)}).capacity_As() / rated_As;
   };
   const double edge = 2.5 * 0.01 * std::sqrt(2.0);
   CHECK(share_with(1.0 - 0.99 * edge) == Approx(1.0 - 0.99 * edge / 2.0).epsilon(1e-5));
   CHECK(share_with(1.0 + 0.99 * edge) == Approx(1.0 + 0.99 * edge / 2.0).epsilon(1e-5));
-  // Twice as far off the doubt is 2: variances of 2 and 4.
+  // At twice the distance the outlier weight is 2: variances of 2 and 4.
   CHECK(share_with(1.0 - 2.0 * edge) == Approx(1.0 - 2.0 * edge / 3.0).epsilon(1e-4));
   CHECK(share_with(1.0 + 2.0 * edge) == Approx(1.0 + 2.0 * edge / 3.0).epsilon(1e-4));
 }
@@ -238,7 +238,8 @@ TEST_CASE("a wrong belief gives way to the third pair that says so", "[unit][est
 }
 
 TEST_CASE("a contradiction in which the state of charge is unsure is none", "[unit][estimators][BMS_F.6]") {
-  // 0.36 of 36 kAs against 0.4, 10 % off; the change is unsure by 12.5 %. In full: weights of 1 % and 12.5 %.
+  // 0.36 of 36 kAs against 0.4, 10 % off; the sigma of the SOC change is 12.5 %. With full weight: sigmas of 1 % and
+  // 12.5 %.
   const CapacityPair pair{
       .charge_As = 0.36 * rated_As, .charge_sigma_As = 1.0, .soc_change = 0.4, .soc_change_sigma = 0.05};
   const CapacityEstimate estimate = estimate_of(prior_of(0.01), {pair});
@@ -266,20 +267,20 @@ TEST_CASE("with use and time what was learned says less, and the next pair more"
   estimate.pass(0.5 * year_s, 0.0);
   CHECK(estimate.sigma_As() == Approx(std::hypot(fresh_As, 0.03 * rated_As)).epsilon(1e-6));
   CHECK(estimate.capacity_As() == Approx(rated_As));
-  // What is no time or charge, or beyond all bounds, does nothing; nor does one wrong value hide the other.
+  // Invalid and unbounded times or charges have no effect; one invalid value does not suppress the other.
   for (const double wrong : {-1.0, not_measured, infinite, -infinite}) {
     estimate.pass(wrong, wrong);
     CHECK(estimate.sigma_As() == Approx(std::hypot(fresh_As, 0.03 * rated_As)).epsilon(1e-6));
   }
   estimate.pass(not_measured, 2.0 * rated_As * 10.0);
   CHECK(estimate.sigma_As() == Approx(std::hypot(fresh_As, 0.04 * rated_As)).epsilon(1e-6));
-  // 4.12 % against 2 %, both normal.
+  // 4.12 % against 2 %, both normally distributed.
   CHECK(estimate.take(measured(0.95, 0.02)));
   const double known = 1.0 / (0.01 * 0.01 + 0.04 * 0.04);
   const double seen = 1.0 / (0.02 * 0.02);
   CHECK(estimate.capacity_As() == Approx((known + 0.95 * seen) / (known + seen) * rated_As).epsilon(1e-3));
   CHECK(estimate.sigma_As() == Approx(rated_As / std::sqrt(known + seen)).epsilon(0.01));
-  // However long: nothing is known any more, but the numbers are some.
+  // After any time: nothing is known any more, but the values are finite.
   estimate.pass(1e9, 1e12);
   estimate.pass(1e9, 1e12);
   CHECK(estimate.sigma_As() < 1.01 * rated_As);
@@ -338,7 +339,7 @@ TEST_CASE("anchors close to each other: the better one waits on", "[unit][estima
   const double at_once = 1.0;
   CHECK_FALSE(is_first({.soc = 0.8, .sigma = 0.019, .counted_As = -21'000.0, .at_s = at_once}));
   CHECK(is_first({.soc = 0.8, .sigma = 0.021, .counted_As = -21'000.0, .at_s = at_once}));
-  // After 7200 s counting has lost 2 % of 36 kAs: the first is worth 2.83 % by then.
+  // After 7200 s counting has lost 2 % of 36 kAs: the sigma of the first is 2.83 % by then.
   CHECK_FALSE(is_first({.soc = 0.8, .sigma = 0.028, .counted_As = -21'000.0, .at_s = 7'200.0}));
   CHECK(is_first({.soc = 0.8, .sigma = 0.029, .counted_As = -21'000.0, .at_s = 7'200.0}));
 }
@@ -380,10 +381,10 @@ TEST_CASE("an absurd anchor is passed over, and one that is no later begins anew
   CHECK(is_passed_over(&CapacityAnchor::sigma, 1.0));
   CHECK_FALSE(anchors.take(low, {.offset_A = not_measured}, rated_As));
   CHECK_FALSE(anchors.take(low, sensor, 0.0));
-  CHECK(anchors.take(low, sensor, rated_As));  // the first still waited
+  CHECK(anchors.take(low, sensor, rated_As));  // the first was still kept
   CapacityAnchor early = high;
   early.at_s = 20.0;
-  CHECK_FALSE(anchors.take(early, sensor, rated_As));  // at the same time as `low`: the clock began anew
+  CHECK_FALSE(anchors.take(early, sensor, rated_As));  // at the same time as `low`: the clock restarted
   CapacityAnchor later = low;
   later.at_s = 20.1;
   CHECK(anchors.take(later, sensor, rated_As));
@@ -419,10 +420,10 @@ TEST_CASE("a cell with 15 % less and 40 % more resistance is found out by its re
     };
     for (int turn = 0; turn < 4; ++turn) {
       for (const double current_A : {5.0, -5.0}) {
-        run(3'600.0, current_A);  // 16.3 % of what is left of it, three times
+        run(3'600.0, current_A);  // 16.3 % of the remaining capacity, three times
         run(3'600.0, 0.5 * current_A);
         const double rested_V = run(7'200.0, 0.0);
-        // What a daemon knows: the last current's hysteresis, here 10 mV of 0.9 V, and the model's error.
+        // Known to a daemon: the hysteresis of the last current, here 10 mV of 0.9 V, and the model error.
         const double soc = soc_from_ocv(cell, rested_V, 25.0, current_A > 0.0 ? -1.0 : 1.0);
         const auto pair = anchors.take({.soc = soc, .sigma = 0.01, .counted_As = counted_As, .at_s = at_s},
                                        {.gain = 0.01, .offset_A = 0.02}, cell.capacity_As);

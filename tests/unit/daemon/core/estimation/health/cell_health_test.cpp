@@ -1,4 +1,4 @@
-// How one cell has aged: what its capacity and its resistance are learned from, and what outlives a process.
+// Ageing of one cell: how its capacity and its resistance are learned, and which records persist over restarts.
 #include "daemon/core/estimation/health/cell_health.hpp"
 
 #include <cmath>
@@ -21,7 +21,7 @@ HealthModel model() {
           .charge_efficiency = 1.0};
 }
 
-/// So much out of the cell (negative: into it) within an hour, one sample a second.
+/// Discharges the cell by this charge (negative: charges it) within an hour, one sample per second.
 void flow(CellHealth& health, double charge_As) {
   constexpr int hour_s = 3'600;
   for (int second = 0; second < hour_s; ++second) {
@@ -60,7 +60,7 @@ TEST_CASE("two anchors and what flowed between them make a capacity", "[unit][es
   anchor(health, 0.2);
   REQUIRE(health.is_capacity_known());
   CHECK(health.capacity_pairs() == 1);
-  // The cell file's capacity, 5 % sure, still has its word.
+  // The capacity of the cell file, with a sigma of 5 %, still has an effect.
   CHECK(health.capacity_As() / capacity_As == Approx(0.87).margin(0.02));
   for (int turn = 0; turn < 4; ++turn) {
     flow(health, -0.7 * 0.85 * capacity_As);
@@ -73,7 +73,7 @@ TEST_CASE("two anchors and what flowed between them make a capacity", "[unit][es
   REQUIRE(figure.is_known);
   CHECK(std::abs(figure.permille - 850) <= 10);
   CHECK(std::abs(figure.permille - 850) <= 2 * figure.sigma_permille);
-  CHECK(figure.sigma_permille >= 8);  // the sensor's gain is in all pairs
+  CHECK(figure.sigma_permille >= 8);  // the gain error of the sensor is in all pairs
 }
 
 TEST_CASE("a charge counts as what arrives of it", "[unit][estimators][FS_5]") {
@@ -107,7 +107,7 @@ TEST_CASE("an absurd pair is counted and not learned", "[unit][estimators][FS_5]
   CellHealth health;
   health.begin(kind);
   anchor(health, 0.2);
-  flow(health, 0.5 * capacity_As);  // out of it, and it is fuller afterwards: the sensor points the wrong way
+  flow(health, 0.5 * capacity_As);  // discharged, yet fuller afterwards: the sensor direction is inverted
   anchor(health, 0.9);
   CHECK_FALSE(health.is_capacity_known());
   CHECK(health.capacity_refused() == 1);
@@ -185,7 +185,7 @@ TEST_CASE("a whole charge shows a capacity where the cell file says how", "[unit
                                     .current_A = 5.0,
                                     .full_voltage_V = 4.2,
                                     .end_current_A = 0.5};
-  // A plateau around 3.7 V, of which a smooth step in the slope is made; then the taper.
+  // Plateau around 3.7 V, formed by a smooth step in the slope; then the taper.
   const auto charge = [](CellHealth& health) {
     double voltage_V = 3.4;
     while (voltage_V < 4.2) {

@@ -1,5 +1,5 @@
-// The capacity from the plateau of a charge. Scripted charges, of which every rung can be counted, for what is measured
-// and when it is not; and a cell with a plateau, whatever its size and resistance, for what it is good for.
+// Capacity from the plateau of a charge. Scripted charges with countable rungs show what is measured and when nothing
+// is; a cell with a plateau, of any size and resistance, shows the accuracy.
 #include "daemon/core/estimation/health/charge_plateau.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using test::Chance;
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double step_s = 30.0;  // a block
+constexpr double step_s = 30.0;  // duration of a block
 
 constexpr ChargePlateauModel model{.plateau_weight = 2.92,
                                    .above_weight = 1.0,
@@ -33,11 +33,11 @@ CellSample charging(double current_A, double voltage_V) {
           .temperature_C = 25.0};
 }
 
-/// A charge in steps of 30 s, 45 As each at 1.5 A; the voltage is given in rungs of 5 mV above 3.4025 V, so that every
+/// Charge in steps of 30 s, 45 As each at 1.5 A; the voltage is given in rungs of 5 mV above 3.4025 V, so that every
 /// rung is passed in the middle of its step.
 class Script {
  public:
-  /// Rises by so many rungs in each of so many steps.
+  /// Appends this number of steps, each of which rises by this number of rungs.
   Script& rise(int steps, double rungs, double current_A = 1.5) {
     for (int step = 0; step < steps; ++step) {
       rung_ += rungs;
@@ -70,8 +70,8 @@ std::optional<PlateauCharge> shown_by(const std::vector<CellSample>& samples, co
   return shown;
 }
 
-/// Settles for 6 steps, looks at the curve from the seventh on: `before` steps of two rungs, a plateau of 20 steps of
-/// one rung, two rungs a step until 4.2 V nearly, and the taper.
+/// Settles for 6 steps; the curve starts with the seventh: `before` steps of two rungs, a plateau of 20 steps of one
+/// rung, two rungs a step until almost 4.2 V, and the taper.
 Script usual(int before = 10) {
   Script script;
   script.rise(7, 0.0).rise(before, 2.0).rise(20, 1.0);
@@ -80,7 +80,7 @@ Script usual(int before = 10) {
   return script;
 }
 
-/// What a script is with one sample changed.
+/// Result of the usual script with one sample changed.
 template <class Change>
 std::optional<PlateauCharge> shown_with(std::size_t which, Change change) {
   std::vector<CellSample> samples = usual().samples;
@@ -100,7 +100,7 @@ TEST_CASE("the flattest 50 mV and what flows from the end of the plateau until f
   // them end at 36.75 and took 9.75, the next 9.25; 95 % of ten lies in the middle. The middles of these stretches are
   // at 31.875 and 32.625.
   constexpr double end_As = 32.25 * 45.0;
-  // 96 steps and those of 1, 0.5 and 0.2 A; the middles of the last two say 0.2 and 0.05 A.
+  // 96 steps and those of 1, 0.5 and 0.2 A; the middles of the last two are at 0.2 and 0.05 A.
   constexpr double at_02_As = 96.0 * 45.0 + 30.0 + 15.0 + 3.0;
   constexpr double at_005_As = 96.0 * 45.0 + 30.0 + 15.0 + 6.0 + 0.75;
   constexpr double full_As = at_02_As + (0.2 - 0.1) / (0.2 - 0.05) * (at_005_As - at_02_As);
@@ -129,7 +129,8 @@ TEST_CASE("where a higher plateau comes later, that one counts", "[unit][estimat
 
 namespace {
 
-/// A plateau whose flattest 50 mV are one place only, behind so many rungs, one a step, and so many steps before those.
+/// Result for a plateau with its flattest 50 mV at a single position, after this number of rungs, one per step, and
+/// this number of flat steps before those.
 std::optional<PlateauCharge> shown_behind(int rungs, int flat_steps = 7) {
   Script script;
   script.rise(flat_steps, 0.0).rise(rungs, 1.0).rise(24, 0.45).rise(30, 1.0).rise(56, 2.0).hold(1.0).hold(0.05);
@@ -149,8 +150,8 @@ TEST_CASE("the plateau must have been seen to begin: two rungs below its flattes
 }
 
 TEST_CASE("a voltage counts after three minutes of a steady current", "[unit][estimators][BMS_F.6]") {
-  // Six steps settle, whatever the voltage does; the seventh is where the curve begins. Of two rungs behind six flat
-  // steps the first belongs to it.
+  // Six steps settle, whatever the voltage; the curve starts with the seventh. Of two rungs after six flat steps the
+  // first is that start.
   CHECK(shown_behind(2, 7));
   CHECK_FALSE(shown_behind(2, 6));
   CHECK(shown_behind(3, 6));
@@ -255,10 +256,10 @@ TEST_CASE("a charge that is throttled below the charge voltage is given up", "[u
   CHECK(shown_if_held_at(4.151));
   CHECK_FALSE(shown_if_held_at(4.149));
   CHECK_FALSE(shown_if_held_at(not_measured));
-  // And during the taper.
+  // The same during the taper.
   CHECK(shown_with(98, [](CellSample& sample) { sample.voltage_V = 4.151; }));
   CHECK_FALSE(shown_with(98, [](CellSample& sample) { sample.voltage_V = 4.149; }));
-  // More current at the charge voltage is no taper.
+  // More current at the charge voltage is not a taper.
   CHECK_FALSE(shown_with(96, [](CellSample& sample) { sample.mean_current_A = -1.7; }));
 }
 
@@ -270,7 +271,7 @@ TEST_CASE("a charge that ends too early says nothing", "[unit][estimators][BMS_F
   CHECK(shown_by(samples));
   samples.pop_back();
   CHECK_FALSE(shown_by(samples));
-  // Held before the plateau was seen to end.
+  // Constant voltage before the end of the plateau was detected.
   CHECK_FALSE(shown_by(Script().rise(7, 0.0).rise(60, 2.0).rise(30, 1.0).hold(1.0).hold(0.05).samples));
 }
 
@@ -284,7 +285,7 @@ TEST_CASE("after one charge comes another, whatever became of the first", "[unit
   std::vector<CellSample> broken = usual().samples;
   broken.resize(50);
   CHECK(count(usual().samples) == 1);
-  CHECK(count({charging(0.05, 4.2), charging(0.04, 4.2)}) == 0);  // the rest of that one
+  CHECK(count({charging(0.05, 4.2), charging(0.04, 4.2)}) == 0);  // the end of that charge
   CHECK(count(broken) == 0);
   CHECK(count({charging(-3.0, 3.9)}) == 0);
   CHECK(count(usual().samples) == 1);
@@ -304,7 +305,7 @@ struct PlateauCell {
   double resistance_Ohm = 0.1;
   double soc = 0.05;
   double noise_V = 0.0;
-  double late_Ohm = 0.0;  // of a pair with 60 s
+  double late_Ohm = 0.0;  // of an RC element with 60 s
 
   [[nodiscard]] double ocv_V() const {
     if (soc < 0.15) return 3.7 - (0.15 - soc) * 3.3;
@@ -313,7 +314,7 @@ struct PlateauCell {
   }
 };
 
-/// Charged with 1.5 A up to 4.2 V and held there, a sample a second.
+/// Result of a charge with 1.5 A up to 4.2 V and held there, one sample per second.
 std::optional<PlateauCharge> charged(PlateauCell cell) {
   constexpr std::uint64_t seed = 21;
   Chance chance(seed);
@@ -346,7 +347,7 @@ double capacity_by(const PlateauCell& cell) {
 }  // namespace
 
 TEST_CASE("a cell's capacity is found whatever its size, its resistance and its noise", "[unit][estimators][BMS_F.6]") {
-  // What the weights come to for this curve: 12.5 % in the flattest 50 mV, its end at 35 %, 1.5 % missing when full.
+  // Weights for this curve: 12.5 % in the flattest 50 mV, its end at 35 %, 1.5 % missing when full.
   CHECK(capacity_by({}) == Approx(7'200.0).epsilon(0.01));
   for (const double size : {1.0, 0.85, 0.7}) {
     for (const double resistance : {1.0, 1.4}) {
@@ -369,7 +370,7 @@ TEST_CASE("plugged in on the plateau a cell says what is right, or nothing", "[u
     CAPTURE(soc);
     const auto shown = charged({.soc = soc, .late_Ohm = 0.03});
     if (soc < 0.08) CHECK(shown);
-    if (soc > 0.30) CHECK_FALSE(shown);  // less than 50 mV of it are left
+    if (soc > 0.30) CHECK_FALSE(shown);  // less than 50 mV of the plateau remain
     if (!shown) continue;
     CHECK(capacity_pair(model, *shown, {.offset_A = 0.0}).charge_As == Approx(7'200.0).epsilon(0.02));
   }

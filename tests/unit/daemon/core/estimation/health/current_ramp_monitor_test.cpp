@@ -1,4 +1,4 @@
-// Changes of the current that take seconds, against the cells: eight of 2 mOhm, ten pictures a second.
+// Changes of the current over seconds, compared with the cells: eight of 2 mOhm, ten sample sets a second.
 #include "daemon/core/estimation/health/current_ramp_monitor.hpp"
 
 #include <algorithm>
@@ -25,22 +25,22 @@ struct Verdicts {
   Duration first_bad_after{};
 };
 
-/// Cells, and a sensor that shows what `shown_mA` makes of the real current.
+/// Cells and a current sensor; `shown_mA` maps the real current to the shown one.
 struct Pack {
   CurrentRampMonitor monitor;
   TimePoint now{100s};
   std::function<double(double)> shown_mA = [](double real_mA) { return real_mA; };
-  double before_mA = 0.0;       // shown in the last picture
+  double before_mA = 0.0;       // shown in the last sample set
   double drift_uV_per_s = 0.0;  // of each cell
   double drifted_uV = 0.0;
   double offset_of_first_uV = 0.0;  // one cell alone
-  double pack_share = 1.0;          // of what the cells' voltages move, the pack voltage has
+  double pack_share = 1.0;          // of the cell voltage change, seen in the pack voltage
   bool knows_range = true;
   bool knows_pack = true;
-  bool knows_load = false;  // what flowed lately
+  bool knows_load = false;  // recent current
   std::int32_t resistance_uOhm = 2'000;
 
-  /// The current goes evenly to `to_mA`.
+  /// Changes the current linearly to `to_mA`.
   Verdicts run(Duration span, double from_mA, double to_mA) {
     constexpr Duration step = 100ms;
     Verdicts found;
@@ -101,7 +101,7 @@ TEST_CASE("a load that swells shows the direction of the sensor from the first 5
     CHECK(good.calm(6s).bad == 0);
     const Verdicts follows = good.run(10s, 0.0, to_mA);
     CHECK(follows.bad == 0);
-    CHECK(follows.good == 90);  // from 5 A beyond the calm on, whose mean is 0.1 A on the way
+    CHECK(follows.good == 90);  // from 5 A beyond the calm, which has a mean of 0.1 A by then
     CHECK_FALSE(good.monitor.is_against_current());
     Pack bad{.shown_mA = reversed};
     CHECK(bad.calm(6s).bad == 0);
@@ -117,7 +117,7 @@ TEST_CASE("a change is judged from a current that flows already, too", "[unit][e
   for (const bool is_reversed : {false, true}) {
     Pack pack;
     if (is_reversed) pack.shown_mA = reversed;
-    CHECK(pack.run(10s, 0.0, 30'000.0).bad == 0);  // there was no calm before it
+    CHECK(pack.run(10s, 0.0, 30'000.0).bad == 0);  // no calm before it
     CHECK(pack.calm(6s, 30'000.0).bad == 0);
     const Verdicts found = pack.run(10s, 30'000.0, 20'000.0);
     CHECK((found.bad > 0) == is_reversed);
@@ -156,13 +156,13 @@ TEST_CASE("what the cells do has to be beyond half of the answer, the drift and 
 TEST_CASE("the voltages of a former load that fade are no answer to the next one", "[unit][estimators][F18]") {
   Pack pack{.drift_uV_per_s = -2'000.0};
   pack.calm(10s);
-  CHECK(pack.run(1s, 0.0, -6'000.0).bad == 0);  // a charge, which raises a cell by 12 mV
-  CHECK(pack.calm(39s, -6'000.0).bad == 0);     // by now it has fallen by 66 mV
+  CHECK(pack.run(1s, 0.0, -6'000.0).bad == 0);  // a charging current, which raises a cell by 12 mV
+  CHECK(pack.calm(39s, -6'000.0).bad == 0);     // the cell has fallen by 66 mV by then
 }
 
 TEST_CASE("a change is judged from five times as much on as flowed to the other side before",
           "[unit][estimators][F18]") {
-  // 100 ms, which are between three pictures, as a mean of two seconds: just below a tenth.
+  // 100 ms, which three sample sets cover, as a mean of two seconds: just below a tenth.
   for (const auto& [before_mA, is_judged] : {std::pair{20'000.0, true}, std::pair{21'000.0, false}}) {
     for (const double sign : {1.0, -1.0}) {
       CAPTURE(before_mA, sign);
@@ -235,12 +235,12 @@ TEST_CASE("a picture of cells that were sampled behind a step, before the sensor
   double delayed_mA = 0.0;
   double last_mA = 0.0;
   Pack pack{.shown_mA = [&](double real_mA) {
-    delayed_mA = last_mA;  // of the picture before
+    delayed_mA = last_mA;  // of the previous sample set
     last_mA = real_mA;
     return -delayed_mA;
   }};
   pack.calm(6s);
-  CHECK(pack.calm(1s, 5'200.0).bad == 9);  // all that show it
+  CHECK(pack.calm(1s, 5'200.0).bad == 9);  // all sample sets that show it
 }
 
 TEST_CASE("a current that flowed already counts until it has moved a permille of the capacity",
@@ -302,13 +302,13 @@ TEST_CASE("cells that fall while the current is said to be zero show a sensor th
   Pack just_below{.shown_mA = zero};
   just_below.calm(6s);
   CHECK(just_below.run(10s, 0.0, 5'490.0).bad == 0);
-  Pack of_wires{.shown_mA = zero, .pack_share = 0.4};  // the pack voltage does not follow
+  Pack of_wires{.shown_mA = zero, .pack_share = 0.4};  // the pack voltage does not change accordingly
   of_wires.calm(6s);
   CHECK(of_wires.run(10s, 0.0, 50'000.0).bad == 0);
   Pack fading{.shown_mA = zero, .drift_uV_per_s = 3'000.0};
   fading.calm(6s);
   CHECK(fading.calm(60s).bad == 0);
-  Pack elsewhere{.shown_mA = [](double /*real_mA*/) { return 8'000.0; }};  // a knee of the curve could do that
+  Pack elsewhere{.shown_mA = [](double /*real_mA*/) { return 8'000.0; }};  // a knee of the curve can cause that
   elsewhere.calm(6s, 8'000.0);
   CHECK(elsewhere.run(10s, 8'000.0, 50'000.0).bad == 0);
 }
@@ -320,7 +320,7 @@ TEST_CASE("whether the voltages moved against the current or without it is of th
   CHECK(pack.run(2s, 0.0, 10'000.0).bad > 0);
   CHECK(pack.monitor.is_against_current());
   pack.shown_mA = zero;
-  CHECK(pack.calm(400s).bad == 0);  // what flowed fades
+  CHECK(pack.calm(400s).bad == 0);  // the effect of the earlier current fades
   CHECK(pack.run(10s, 0.0, 50'000.0).bad > 0);
   CHECK_FALSE(pack.monitor.is_against_current());
 }
@@ -354,8 +354,8 @@ TEST_CASE("after a load a change is judged if it is eight times as large, or onc
 
 namespace {
 
-/// A cell with the time constants of a fitted one and a curve that is steep at its end: what a sensor that is right has
-/// to go with.
+/// Cell with the time constants of a fitted one and a curve that is steep at its end; a correct sensor must be
+/// plausible with it.
 struct SlowCell {
   double charge_As = 0.0;
   double branch_V[3] = {};
@@ -363,7 +363,7 @@ struct SlowCell {
   [[nodiscard]] double soc() const { return charge_As / static_cast<double>(capacity_As); }
   double voltage_V(double current_A, double step_s) {
     charge_As -= current_A * step_s;
-    // Of the resistance at once, as in config/cells/a123-26650.json at 25 C.
+    // Relative to the ohmic resistance, as in config/cells/a123-26650.json at 25 C.
     constexpr double share[] = {0.427, 1.420, 1.401};
     constexpr double tau_s[] = {6.0, 60.0, 350.0};
     double polarisation_V = 0.0;
@@ -387,7 +387,7 @@ TEST_CASE("whatever the load does, cells that follow it do not contradict it", "
     TimePoint now{100s};
     double current_A = 0.0;
     std::int32_t before_mA = 0;
-    while (now < TimePoint{1'300s} && cell.soc() > 0.005) {  // below, an undervoltage has opened
+    while (now < TimePoint{1'300s} && cell.soc() > 0.005) {  // below, an undervoltage opens the pack
       const double to_A = chance.between(0.0, 1.0) < 0.4 ? 0.0 : chance.between(-60.0, 120.0);
       const int ramp = static_cast<int>(chance.between(1.0, 150.0));
       const int hold = static_cast<int>(chance.between(0.0, chance.one_in(3.0) ? 1'500.0 : 200.0));
@@ -422,7 +422,7 @@ namespace {
 
 constexpr std::int32_t rest_uV = 3'700'000;
 
-/// A monitor that is told exact numbers of one cell, the pack's only one.
+/// Monitor that receives exact values of one cell, the pack's only one.
 struct Exact {
   CurrentRampMonitor monitor;
   CurrentRampMonitor::Cells cells{
@@ -447,11 +447,11 @@ struct Exact {
     monitor.take(picture(later, current_mA, cell_uV), cells);
     return monitor.implausible_current();
   }
-  /// Ten pictures a second, the first of them at once.
+  /// Ten sample sets a second, the first one after 100 ms.
   void calm(Duration span, std::int32_t current_mA, std::int32_t cell_uV = rest_uV) {
     for (Duration at{}; at < span; at += 100ms) tell(100ms, current_mA, cell_uV);
   }
-  /// Currents that belong to no calm, and that are no change that is judged.
+  /// Currents that belong to no calm, with changes that are not judged.
   void fidget(Duration span, std::int32_t cell_uV = rest_uV) {
     for (Duration at{}; at < span; at += 200ms) {
       tell(100ms, 2'000, cell_uV);
@@ -519,7 +519,7 @@ TEST_CASE("the lowest and the highest cell have moved by exactly half as much as
     CAPTURE(one.lowest_uV, one.highest_uV);
     Exact exact;
     exact.calm(3s, 0);
-    exact.cells.count = 8;  // eight that expect 160 mV: 88 mV have to be seen
+    exact.cells.count = 8;  // eight cells expect 160 mV: 88 mV are required
     PackPicture picture = exact.picture(100ms, 10'000, rest_uV + 200'000);
     picture.lowest_uV = rest_uV + one.lowest_uV;
     picture.highest_uV = rest_uV + one.highest_uV;
@@ -537,7 +537,7 @@ TEST_CASE("the current of a calm is the mean in which the last counts for a quar
 }
 
 TEST_CASE("the current that flowed lately rises within 10 s and fades within 400 s", "[unit][estimators][F18]") {
-  // The first of all counts at once. Four times R by that current, beyond the 11 mV that a change of 10 A asks for.
+  // The first value counts at once. Four times R by that current is required beyond the 11 mV for a change of 10 A.
   const auto check_lately = [](std::int32_t lately_mA, const std::function<void(Exact&)>& flow) {
     for (const bool is_judged : {true, false}) {
       CAPTURE(lately_mA, is_judged);
@@ -552,20 +552,20 @@ TEST_CASE("the current that flowed lately rises within 10 s and fades within 400
   check_lately(10'775, [](Exact& exact) {
     exact.flowed(0s, 10'000);
     exact.flowed(10s, 0);                           // 9'750
-    exact.flowed(5s, 90'000);                       // older than what is known
-    exact.flowed(10s, 90'000);                      // known already
+    exact.flowed(5s, 90'000);                       // older than the last value
+    exact.flowed(10s, 90'000);                      // same time as the last value
     exact.flowed(11s, 90'000, Validity::unknown);   // no value
-    exact.flowed(11s, 90'000, Validity::doubtful);  // nor is that
-    exact.flowed(11s, 20'000);                      // a tenth of what is missing
+    exact.flowed(11s, 90'000, Validity::doubtful);  // not a value either
+    exact.flowed(11s, 20'000);                      // a tenth of the difference
   });
   check_lately(9'750, [](Exact& exact) {
     exact.flowed(0s, 10'000);
-    exact.flowed(10s, 10'000);  // as much as is known already fades
+    exact.flowed(10s, 10'000);  // a current equal to the first one fades
   });
   check_lately(9'210, [](Exact& exact) {
     exact.flowed(0s, 9'300);
     exact.flowed(3'828ms, 0);
-    exact.flowed(4'828ms, 9'211);  // more by 1 uA
+    exact.flowed(4'828ms, 9'211);  // larger by 1 uA
   });
   check_lately(0, [](Exact& exact) {
     exact.flowed(0s, 10'000);
@@ -651,14 +651,14 @@ TEST_CASE("of two calms at zero that can be compared with for as long the later 
           "[unit][estimators][F18]") {
   Exact exact;
   exact.tell(0s, 0);
-  exact.tell(16s, 0);  // kept with the next: from 0 s to 4 s, and 16 s on from there
+  exact.tell(16s, 0);  // kept with the next: from 0 s to 4 s, and valid for 16 s
   exact.tell(100ms, 0);
   exact.tell(900ms, 3'000);
   const std::int32_t later_uV = rest_uV + 60'000;
   exact.tell(100ms, 0, later_uV);    // at 17.1 s
-  exact.tell(2'320ms, 0, later_uV);  // to 17.68 s, and 2.32 s on from there
+  exact.tell(2'320ms, 0, later_uV);  // to 17.68 s, and valid for 2.32 s
   exact.tell(100ms, 0, later_uV);
-  // As the later one has it nothing has moved by 1 mV.
+  // Compared with the later calm nothing has moved by 1 mV.
   CHECK_FALSE(exact.tell(100ms, 10'000, later_uV + 500).is_known);
 }
 
@@ -759,7 +759,7 @@ TEST_CASE("that a sensor stands still is said where the pack voltage is known be
 
 namespace {
 
-// What a monitor knows, in the order of its image.
+// State of a monitor, in the order of its image.
 struct CalmImage {
   TimePoint taken_at{};
   std::int32_t current_mA = 0;
@@ -811,7 +811,7 @@ TEST_CASE("a monitor that has seen nothing, or has forgotten it, knows nothing",
   CHECK(image_of(exact.monitor) != nothing);
   exact.monitor.forget();
   CHECK(image_of(exact.monitor) == nothing);
-  exact.monitor.take({}, exact.cells);  // a picture of nothing
+  exact.monitor.take({}, exact.cells);  // an empty sample set
   CHECK(image_of(exact.monitor) == nothing);
 }
 

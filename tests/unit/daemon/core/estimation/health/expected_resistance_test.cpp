@@ -1,4 +1,4 @@
-// What a cell's resistance should be by its model, worked out by hand.
+// Expected resistance of a cell by its model, compared with a calculation by hand.
 #include "daemon/core/estimation/health/expected_resistance.hpp"
 
 #include <cmath>
@@ -15,8 +15,8 @@ double cold_by(double temperature_C) {
   return std::exp(3000.0 * (1.0 / (temperature_C + 273.15) - 1.0 / 298.15));
 }
 
-/// Of the sloped cell: 3 mOhm, kinetics of 2 mOhm with 20 A, three pairs of 1 mOhm; all of it grows by the same factor
-/// but the exchange current, which falls by it.
+/// Resistance of the sloped cell: 3 mOhm, charge transfer of 2 mOhm with 20 A, three RC elements of 1 mOhm; all grow by
+/// the same factor except the exchange current, which falls by it.
 double by_hand_Ohm(double cold) {
   const double exchange_A = 20.0 / cold;
   const double kinetic_Ohm = 0.002 * cold * exchange_A * std::asinh(10.0 / exchange_A) / 10.0;
@@ -66,7 +66,7 @@ TEST_CASE("what a cell of few numbers should show is its series resistance and t
   model.resistance_activation_K = 2500.0;
   const ExpectedResistance colder(dynamics_of(model));
   CHECK(colder.factor(0.0) == Approx(resistance_factor(2500.0, 0.0)).epsilon(1e-6));
-  model.resistance_activation_K = 20.0;  // half a percent is not the same
+  model.resistance_activation_K = 20.0;  // half a percent is a difference
   const ExpectedResistance hardly(dynamics_of(model));
   CHECK(hardly.factor(0.0) == Approx(resistance_factor(20.0, 0.0)).epsilon(1e-6));
   CHECK(std::isnan(hardly.factor(not_measured)));

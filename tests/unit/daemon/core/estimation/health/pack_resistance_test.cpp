@@ -1,4 +1,4 @@
-// The resistance of a pack and its worst cell.
+// Resistance of a pack, and its worst cell.
 #include "daemon/core/estimation/health/pack_resistance.hpp"
 
 #include <array>

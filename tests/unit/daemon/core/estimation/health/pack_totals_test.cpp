@@ -1,4 +1,4 @@
-// What has flowed through the pack in all lives.
+// Charge and energy throughput of the pack over all sessions.
 #include "daemon/core/estimation/health/pack_totals.hpp"
 
 #include "tests/support/catch.hpp"
@@ -20,7 +20,7 @@ TEST_CASE("a life adds to what its predecessors left", "[unit][totals]") {
 TEST_CASE("a cycle is the whole capacity taken out once", "[unit][totals]") {
   CHECK(cycles_permille({}, capacity_uAs) == 0);
   CHECK(cycles_permille({.charge_out_uAs = 70 * uAs_per_Ah, .charge_in_uAs = 1}, capacity_uAs) == 3'500);
-  // Ten thousand cycles of a large pack leave the range of 64-bit products.
+  // Ten thousand cycles of a large pack exceed the range of 64-bit products.
   CHECK(cycles_permille({.charge_out_uAs = 10'000 * (300 * uAs_per_Ah)}, 300 * uAs_per_Ah) == 10'000'000);
 }
 

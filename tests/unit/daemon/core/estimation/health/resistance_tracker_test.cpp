@@ -1,4 +1,4 @@
-// A cell's resistance from whatever its current does.
+// Resistance of a cell from arbitrary changes of its current.
 #include "daemon/core/estimation/health/resistance_tracker.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double warm_C = 25.0;
 
-/// Of 10 Ah: some 5 mOhm, its one-hour current is 10 A.
+/// Cell of 10 Ah: about 5 mOhm, its 1C current is 10 A.
 const CellDynamics& cell_of_10_Ah() {
   static const CellDynamics cell = test::sloped_cell();
   return cell;
@@ -24,7 +24,7 @@ const ExpectedResistance& expected() {
   return told;
 }
 
-/// A cell that is nothing but a resistor, and steps of its current.
+/// Cell modelled as a pure resistor, and steps of its current.
 struct Resistor {
   explicit Resistor(double with_Ohm, double every_s = 1.0) : resistance_Ohm(with_Ohm), sample_s(every_s) {
     tracker.begin(expected());
@@ -41,7 +41,7 @@ struct Resistor {
   void run(double seconds) {
     for (double time_s = 0.0; time_s < seconds - 0.5 * sample_s; time_s += sample_s) feed();
   }
-  /// Up and down again in turn, far enough apart that each answers for itself.
+  /// Steps up and down in turn, far enough apart to be independent.
   void steps(int count, double size_A = 10.0, double apart_s = 15.0) {
     for (int step = 0; step < count; ++step) {
       current_A = current_A == 0.0 ? size_A : 0.0;
@@ -59,7 +59,7 @@ struct Resistor {
   ResistanceTracker tracker;
 };
 
-/// One that knows its cell well.
+/// Cell with a settled estimate.
 Resistor settled(double resistance_Ohm = 0.005) {
   Resistor cell(resistance_Ohm);
   cell.steps(40);
@@ -95,7 +95,7 @@ TEST_CASE("two steps are no measurement, three are, however large and however of
       cell.steps(1, size_A);
       CHECK(cell.told().is_known);
       CHECK(cell.told().sigma_Ohm < 0.0003);
-      CHECK(cell.told().sigma_Ohm > 0.0002);  // the method's own error stays
+      CHECK(cell.told().sigma_Ohm > 0.0002);  // the error of the method remains
     }
   }
 }
@@ -127,7 +127,7 @@ TEST_CASE("told is what a step shows through high-passes of two seconds", "[unit
 
 TEST_CASE("steps that are lost in the noise count for less", "[unit][estimators][BMS_F.6]") {
   Resistor cell(0.005);
-  cell.steps(10, 1.0);  // 5 mV in 2 mV
+  cell.steps(10, 1.0);  // 5 mV against 2 mV of noise
   CHECK_FALSE(cell.told().is_known);
   cell.steps(200, 1.0);
   CHECK(cell.told().is_known);
@@ -139,7 +139,7 @@ TEST_CASE("less than a twentieth of the one-hour current is no step", "[unit][es
   CHECK_FALSE(small.told().is_known);
   for (const double size_A : {0.5, 0.501}) {
     Resistor enough(0.005);
-    enough.steps(3000, size_A, 120.0);  // until nothing is left of the step before
+    enough.steps(3000, size_A, 120.0);  // until the previous step has decayed
     CHECK(enough.told().is_known);
     CHECK(enough.told_Ohm() == Approx(0.005).epsilon(0.01));
   }
@@ -160,7 +160,7 @@ TEST_CASE("a ramp is as good as a step", "[unit][estimators][BMS_F.6]") {
 
 namespace {
 
-/// What a step of the simulated cell shows after a second.
+/// Resistance shown by a step of the simulated cell after a second.
 double shown_Ohm(const test::SimulatedCellOptions& options, double temperature_C) {
   constexpr double step_A = 10.0;
   test::SimulatedCell cell(cell_of_10_Ah(), options);
@@ -242,7 +242,7 @@ TEST_CASE("a voltage that drifts under a steady load says nothing of the resista
     cell.feed();
   }
   CHECK(cell.told_Ohm() == loaded_Ohm);
-  // Nor much beside steps: half a millivolt a second is 1 mV in the high-pass, of 50.
+  // Little effect beside steps, too: half a millivolt a second is 1 mV in the high-pass, of 50.
   for (int second = 0; second < 600; ++second) {
     cell.ocv_V -= 0.0005;
     cell.current_A = second / 15 % 2 == 0 ? 15.0 : 5.0;
@@ -277,7 +277,7 @@ TEST_CASE("what was not measured is passed over, and the next sample is compared
   torn.voltage_V = not_measured;
   with.tracker.update(torn);
   torn = with.sample();
-  torn.current_A = 1e9;  // beyond all measure
+  torn.current_A = 1e9;  // far out of range
   with.tracker.update(torn);
   with.feed();
   without.sample_s = 1.5;
@@ -367,7 +367,7 @@ TEST_CASE("behind a large step small ones count for little, for half a minute", 
     cell.run(after_s);
     const double before_Ohm = cell.told_Ohm();
     cell.resistance_Ohm = 0.0055;
-    cell.ocv_V += 0.0005 * cell.current_A;  // only what comes is answered differently
+    cell.ocv_V += 0.0005 * cell.current_A;  // only further changes see the new resistance
     cell.current_A += 8.0;
     cell.run(15.0);
     return cell.told_Ohm() / before_Ohm - 1.0;
@@ -385,7 +385,7 @@ TEST_CASE("one wrong answer moves the resistance by little", "[unit][estimators]
     CAPTURE(wrong_V);
     Resistor cell = settled();
     cell.current_A = 10.0;
-    cell.ocv_V += wrong_V;  // of 0.05 V
+    cell.ocv_V += wrong_V;  // instead of 0.05 V
     cell.run(15.0);
     CHECK(std::abs(cell.told_Ohm() / 0.005 - 1.0) == Approx(0.0365).margin(0.005));
   }
@@ -396,7 +396,7 @@ TEST_CASE("a cell that really becomes twice as bad is known to be so within ten 
   Resistor cell = settled();
   cell.resistance_Ohm = 0.010;
   cell.steps(5, 10.0, 12.0);
-  CHECK(cell.told_Ohm() < 0.008);  // a minute proves nothing yet
+  CHECK(cell.told_Ohm() < 0.008);  // not confirmed within a minute
   cell.steps(45, 10.0, 12.0);
   CHECK(cell.told_Ohm() > 0.0095);
   CHECK(cell.told_Ohm() < 0.0101);
@@ -442,7 +442,7 @@ TEST_CASE("at another temperature than it was learned at it is less sure", "[uni
   const ResistanceEstimate cold = cell.tracker.estimate(-10.0);
   const double factor = expected().factor(-10.0);
   CHECK(cold.resistance_Ohm == Approx(warm.resistance_Ohm * factor));
-  // 4 %, by the factor more, and a fifth of what the temperature makes of it.
+  // 4 %, increased by the factor, and a fifth of the temperature effect.
   const double share = std::hypot(0.04 * factor, 0.2 * (factor - 1.0));
   CHECK(cold.sigma_Ohm / cold.resistance_Ohm == Approx(share).epsilon(0.03));
   CHECK(warm.sigma_Ohm / warm.resistance_Ohm == Approx(0.04).epsilon(0.15));
@@ -534,7 +534,7 @@ TEST_CASE("what a step left behind is gone with a new beginning", "[unit][estima
   cell.feed();
   cell.feed();
   CHECK(cell.told_Ohm() == before_Ohm);
-  // And the step that follows counts in full, as one after a long rest does.
+  // The following step counts in full, like one after a long rest.
   Resistor rested = settled();
   rested.current_A = 60.0;
   rested.feed();

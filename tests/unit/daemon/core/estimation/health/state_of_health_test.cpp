@@ -1,4 +1,4 @@
-// The two figures of a cell's health.
+// SOH of a cell by capacity and by resistance.
 #include "daemon/core/estimation/health/state_of_health.hpp"
 
 #include <limits>
@@ -43,7 +43,7 @@ TEST_CASE("health by resistance is what is left of the way to the end of life", 
   CHECK(figure.permille == 600);
   CHECK(figure.sigma_permille == 50);
   CHECK(health_by_resistance(0.0, 0.0).permille == 1'000);
-  CHECK(health_by_resistance(-0.2, 0.0).permille == 1'000);  // not younger than new
+  CHECK(health_by_resistance(-0.2, 0.0).permille == 1'000);  // not better than new
   CHECK(health_by_resistance(1.0, 0.0).permille == 0);
   CHECK(health_by_resistance(1.7, 0.0).permille == 0);
   const HealthFigure slow = health_by_resistance(0.4, 0.05, 1.5);

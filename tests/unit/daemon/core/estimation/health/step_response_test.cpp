@@ -1,4 +1,4 @@
-// What steps of the current tell about cells and about the sensor, with the trouble codes that follow.
+// Current steps evaluated for the cells and for the sensor, with the resulting trouble codes.
 #include "daemon/core/estimation/health/step_response.hpp"
 
 #include "protocol/tables/vehicle_bus.hpp"
@@ -19,7 +19,7 @@ CoreConfig pack_of_2_mOhm(double activation_K = 0.0) {
   return config;
 }
 
-/// A closed pack whose load goes up and down, and whose cells follow by resistances of their own.
+/// Closed pack with an alternating load; each cell follows by its own resistance.
 struct Drive {
   explicit Drive(const CoreConfig& config = pack_of_2_mOhm()) : bench(config) {
     for (auto& module : resistance_uOhm) module.fill(model_uOhm);
@@ -32,7 +32,7 @@ struct Drive {
           bench.modules[module].cell_voltage_uV[cell] = known(voltage_uV);
         }
       }
-      bench.current_mA = ++polls / 5 % 2 == 0 ? low_mA : high_mA;  // just behind the sample
+      bench.current_mA = ++polls / 5 % 2 == 0 ? low_mA : high_mA;  // just after the sample
     };
   }
 
@@ -62,7 +62,7 @@ TEST_CASE("each cell's resistance is what a step of the current does to its volt
   Drive drive;
   drive.resistance_uOhm[0][2] = 2'600;
   drive.bench.run(1s);
-  CHECK(drive.steps().average_uOhm() == 0);  // one or two steps are no measurement
+  CHECK(drive.steps().average_uOhm() == 0);  // one or two steps are not sufficient
   CHECK_FALSE(drive.steps().worst_cell_permille().is_known);
   drive.bench.run(10s);
   CHECK(drive.steps().cell_resistance_uOhm(0) == model_uOhm);
@@ -90,7 +90,7 @@ TEST_CASE("cells that are exchanged are measured anew, the others' resistances s
 TEST_CASE("a current that rises and falls slowly does not shift a resistance: it is that of the POLL",
           "[unit][estimators][BMS_F.6]") {
   Drive drive;
-  // High and rising, then low and falling; no sample falls on a POLL. Taken 10 ms beside it, each would be 150 mA off.
+  // High and rising, then low and falling; no sample falls on a POLL. Sampled 10 ms from it, each would be 150 mA off.
   drive.bench.each_ms = [&] {
     const std::int64_t ms = (to_ms(drive.bench.now().time_since_epoch()) + 950) % 1'000;
     drive.bench.current_mA = static_cast<std::int32_t>(ms < 500 ? 45'000 + 15 * (ms - 250) : 5'000 - 15 * (ms - 750));
@@ -119,7 +119,7 @@ TEST_CASE("a step between a POLL and the sample of the current before it is know
 
 TEST_CASE("a module that told another moment's voltages is no part of a picture", "[unit][estimators][BMS_F.6]") {
   Drive drive;
-  // Of module 2 nothing is heard before it is asked alone, when the current has long changed.
+  // Module 2 is received only after its single poll, long after the change of the current.
   drive.bench.is_lost = [&](const CanFrame& frame) {
     const bool is_of_2 = (frame.id & 0x3FU) == 2 && frame.id >= 0x100 && frame.id < 0x300;
     return is_of_2 && to_ms(drive.bench.now().time_since_epoch()) % 100 < 50;
@@ -131,7 +131,7 @@ TEST_CASE("a module that told another moment's voltages is no part of a picture"
 
 TEST_CASE("steps that are too small say nothing", "[unit][estimators][BMS_F.6]") {
   Drive drive;
-  drive.high_mA = drive.low_mA + 7'900;  // a tenth of the continuous current is a step
+  drive.high_mA = drive.low_mA + 7'900;  // a step requires a tenth of the continuous current
   drive.bench.run(20s);
   CHECK(drive.steps().average_uOhm() == 0);
   drive.high_mA = drive.low_mA + 8'000;
@@ -145,13 +145,13 @@ TEST_CASE("a cell with more than twice the average resistance is a poor one, and
   drive.bench.run(20s);
   CHECK_FALSE(drive.bench.is_active(FaultId::cell_resistance));
   CHECK(told_trouble_codes(drive.bench) == std::pair<std::int64_t, std::int64_t>{0, 0});
-  drive.resistance_uOhm[1][0] = 6'000;  // of 2.5 mOhm on average
+  drive.resistance_uOhm[1][0] = 6'000;  // with an average of 2.5 mOhm
   drive.bench.run(60s);
   CHECK(drive.bench.is_active(FaultId::cell_resistance));
   CHECK(drive.bench.core().faults().state(FaultId::cell_resistance).confirmed.element ==
         Element{.module_node = 2, .number = 1, .pack_number = 5});
   CHECK(told_trouble_codes(drive.bench) == std::pair<std::int64_t, std::int64_t>{1, 0});
-  CHECK(drive.bench.core().sequence().phase == Phase::closed);  // it wears, and endangers nothing yet
+  CHECK(drive.bench.core().sequence().phase == Phase::closed);  // worn, but not yet dangerous
 }
 
 TEST_CASE("cells that have all become poor are a poor battery", "[unit][core][estimators][BMS_F.7]") {
@@ -186,13 +186,13 @@ TEST_CASE("voltages that rise when more current is said to flow out show a senso
   CHECK(drive.steps().latest_contradiction() == Contradiction::none);
   REQUIRE(drive.bench.run_until([&] { return drive.bench.is_active(FaultId::current_contradicts_voltage); }, 20s));
   drive.bench.run(5s);
-  CHECK(drive.steps().latest_contradiction() == Contradiction::against);  // also of the open pack
+  CHECK(drive.steps().latest_contradiction() == Contradiction::against);  // also for the open pack
   CHECK_FALSE(drive.bench.core().outputs().any_contactor());
 }
 
 namespace {
 
-/// Cells that bleed while the current is low: their voltages fall by what their wires take.
+/// Cells that bleed while the current is low: their voltages fall by the drop in their sense wires.
 struct BleedingDrive : Drive {
   explicit BleedingDrive(std::uint16_t cells, std::int64_t wire_drop_uV, std::int64_t told_ahead) {
     const auto before = bench.before_poll;
@@ -201,7 +201,7 @@ struct BleedingDrive : Drive {
       if (!bleeds) return;
       const auto is_low = [](std::int64_t poll) { return poll / 5 % 2 == 0; };
       for (test::BenchModule& module : bench.modules) {
-        // What is told may be a switch's state behind the sample.
+        // The reported state may be that of a switch after the sample.
         module.balancing_cells = is_low(polls - 1 + told_ahead) ? cells : std::uint16_t{0};
         for (std::size_t cell = 0; cell < 4; ++cell) {
           const bool is_on = (cells >> cell & 1U) != 0 && is_low(polls - 1);
@@ -261,7 +261,7 @@ TEST_CASE("a step that is too small for a verdict still says which way the cells
     drive.bench.run(5s);
     CHECK(drive.steps().latest_answer() == row.answer);
     CHECK(drive.steps().latest_contradiction() == Contradiction::none);
-    // The last word stays, and the next step has the next one.
+    // The last answer stays until the next step.
     drive.high_mA = 0;
     drive.bench.run(5s);
     CHECK(drive.steps().latest_answer() == row.answer);
@@ -274,7 +274,7 @@ TEST_CASE("a step that is too small for a verdict still says which way the cells
 
 namespace {
 
-/// A sensor that goes on telling what it told last, while the load behind it changes.
+/// Sensor that repeats its last value while the load behind it changes.
 struct Standstill {
   explicit Standstill(const CoreConfig& config = pack_of_2_mOhm()) : bench(config) {
     REQUIRE(bench.close());

@@ -1,4 +1,4 @@
-// The methods of one cell beside each other: fed with the same, and compared.
+// SOC methods of one cell in parallel: fed with the same samples, and compared.
 #include "daemon/core/estimation/soc/cell_estimate.hpp"
 
 #include <memory>
@@ -33,7 +33,7 @@ TEST_CASE("all methods are fed, and each says its own", "[unit][estimators]") {
   CellEstimate cell;
   cell.begin(model, sensor, {.soc = 0.5, .sigma = 0.1}, 25.0);
   REQUIRE(cell.is_begun());
-  // Half an hour of 0.1 A takes 5 %; the voltage says 60 % all the time.
+  // Half an hour of 0.1 A takes 5 %; the voltage corresponds to 60 % all the time.
   for (int minute = 0; minute < 30; ++minute)
     CHECK_FALSE(cell.update(plain_sample(3.595, 0.1, 60.0), plain_ends).has_value());
   CHECK(cell.estimate(SocMethod::coulomb).soc == Approx(0.45).margin(0.001));
@@ -63,7 +63,7 @@ TEST_CASE("methods contradict each other when they are further apart than twice 
   CellEstimate cell;
   cell.begin(model, sensor, {.soc = 0.5, .sigma = 0.02}, 25.0);
   CHECK(cell.disagreement() < 0.1);
-  // The voltage insists on 60 %, the counters on a half.
+  // The voltage stays at 60 %, the counters at a half.
   for (int second = 0; second < 3'000; ++second)
     CHECK_FALSE(cell.update(plain_sample(3.6, 0.0), plain_ends).has_value());
   const SocEstimate filter = cell.estimate(SocMethod::ekf);

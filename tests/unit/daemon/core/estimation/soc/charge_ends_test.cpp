@@ -1,4 +1,4 @@
-// When a cell says by itself that it is full or empty.
+// Detection of a full or empty cell from its own samples.
 #include "daemon/core/estimation/soc/charge_ends.hpp"
 
 #include <optional>
@@ -23,7 +23,7 @@ struct Bench {
     std::optional<ChargeAnchor> found;
     for (int second = 0; second < seconds; ++second) {
       const auto anchor = watch.update(cell, plain_ends, plain_sample(voltage_V, current_A));
-      CHECK_FALSE((anchor && found));  // told once
+      CHECK_FALSE((anchor && found));  // reported once
       if (anchor) found = anchor;
     }
     return found;
@@ -64,7 +64,7 @@ TEST_CASE("a cell that has sunk to its end though it gives but little is empty",
   REQUIRE(anchor);
   CHECK(anchor->soc == 0.0);
   CHECK(anchor->sigma == Approx(std::hypot(0.02, 0.3 * 0.05 * 0.2)));
-  CHECK(Bench().hold(3.0, 0.0, 20));  // at rest all the more
+  CHECK(Bench().hold(3.0, 0.0, 20));  // even more so at rest
 }
 
 TEST_CASE("neither a large current nor charging nor a higher voltage makes an empty cell", "[unit][estimators]") {

@@ -1,4 +1,4 @@
-// What flowed between two looks at the counter: what was counted, and for how long nobody counted.
+// Charge between two readings of the counter: the counted charge, and the time that was not counted.
 #include "daemon/core/estimation/soc/current_spans.hpp"
 
 #include "tests/support/catch.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr TimePoint start{10s};
 
-/// A sensor with a sample every 10 ms, its counter, and who looks at it.
+/// Sensor with a sample every 10 ms, its counter, and the meter that reads it.
 struct Counting {
   CoulombCounter counter;
   CurrentSpanMeter meter{200ms};
@@ -51,7 +51,7 @@ TEST_CASE("time ends with the sensor's last sample while it speaks", "[unit][est
   world.flow(2'000, 100ms);
   world.look();
   world.flow(2'000, 100ms);
-  world.now += 200ms;  // as long as may pass between two samples
+  world.now += 200ms;  // the longest time between two samples
   const CurrentSpans spans = world.look();
   CHECK(spans.counted_s == Approx(0.1));
   CHECK(spans.uncounted_s == 0.0);

@@ -1,4 +1,4 @@
-// What many cells have in common is worked out once, and nobody can tell.
+// Model values that many cells share are computed once, without any effect on the results.
 #include "daemon/core/estimation/soc/model_memo.hpp"
 
 #include <array>

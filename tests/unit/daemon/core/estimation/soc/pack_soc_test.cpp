@@ -1,4 +1,4 @@
-// What cells in series make of a pack: empty with the first that is empty, full with the first that is full.
+// SOC of a pack of cells in series: empty with the first empty cell, full with the first full one.
 #include "daemon/core/estimation/soc/pack_soc.hpp"
 
 #include <array>
@@ -49,7 +49,7 @@ TEST_CASE("between, both ends count as near as they are", "[unit][estimators][BM
   CHECK(pack.out_As == Approx(50.0));
   CHECK(pack.in_As == Approx(30.0));
   CHECK(pack.soc == Approx(0.625));
-  // 0.375 of the emptiest cell's doubt and 0.625 of the fullest's, of a capacity of 80.
+  // 0.375 of the emptiest cell's uncertainty and 0.625 of the fullest's, of a capacity of 80.
   CHECK(pack.sigma == Approx((0.375 * 1.0 + 0.625 * 1.0) / 80.0));
   const PackSoc unsure = of({cell(0.5, 100.0, 0.02), cell(0.7, 100.0, 0.04)});
   CHECK(unsure.sigma == Approx((0.375 * 2.0 + 0.625 * 4.0) / 80.0));

@@ -1,4 +1,4 @@
-// The state of charge that is told: it moves with the current and never steps.
+// Published state of charge: it follows the current and never steps.
 #include "daemon/core/estimation/soc/published_soc.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-/// One that is old enough to be relied on.
+/// Published SOC after its start phase.
 PublishedSoc settled(double soc) {
   PublishedSoc told;
   told.begin(soc);
@@ -61,7 +61,7 @@ TEST_CASE("a young one may go 2 % a second for 300 s", "[unit][estimators]") {
   CHECK(told.soc() == Approx(0.23));
   told.update(0.5, 0.0, 0.9);
   CHECK(told.soc() == Approx(0.2301));
-  told.begin(0.4);  // young again
+  told.begin(0.4);  // starts its start phase again
   told.update(1.0, 0.0, 0.9);
   CHECK(told.soc() == Approx(0.42));
 }
@@ -93,7 +93,7 @@ TEST_CASE("no passing of time makes what is told step", "[unit][estimators]") {
     PublishedSoc told = settled(0.5);
     told.update(passed_s, 0.0, 0.9);
     CHECK(told.soc() == 0.5);
-    told.update(1.0, 0.0, 0.9);  // and its age is what it was
+    told.update(1.0, 0.0, 0.9);  // its age is unchanged
     CHECK(told.soc() == Approx(0.5002));
   }
 }

@@ -1,4 +1,4 @@
-// What the voltage of a rested cell says of its charge, apart from counting.
+// SOC anchor from the voltage of a rested cell, independent of counting.
 #include "daemon/core/estimation/soc/rest_anchor.hpp"
 
 #include "tests/support/catch.hpp"
@@ -9,7 +9,7 @@ using namespace bmu;
 namespace {
 
 constexpr double warm_C = 25.0;
-/// Of the sloped cell: the middle between the branches.
+/// Rest voltage of the sloped cell: the middle between the branches.
 double rested_V(double soc) {
   return 3.2 + 0.9 * soc;
 }

@@ -1,4 +1,4 @@
-// State of charge by counting: what flows, what is lost, and how the doubt grows.
+// State of charge by counting: current, losses, and the growth of the uncertainty.
 #include "daemon/core/estimation/soc/soc_coulomb.hpp"
 
 #include <cmath>
@@ -59,7 +59,7 @@ TEST_CASE("a cell that lies loses charge, twice as much ten degrees warmer", "[u
   warm.temperature_C = 35.0;
   book.count.update(warm);
   CHECK(book.soc() == Approx(0.5 - 0.04 - 0.08));
-  warm.temperature_C = not_measured;  // the last one holds
+  warm.temperature_C = not_measured;  // the last temperature applies
   book.count.update(warm);
   CHECK(book.soc() == Approx(0.5 - 0.04 - 0.16));
 }

@@ -1,5 +1,5 @@
-// The filter against cells that are simulated apart from it: how near it comes, whether it says honestly how sure it
-// is, and what it makes of samples that are none. The limits are what was measured, with room for another drive.
+// SOC filter against independently simulated cells: its accuracy, the consistency of its sigma, and its behaviour with
+// invalid samples. The limits are measured values, with a margin for another drive.
 #include "daemon/core/estimation/soc/soc_filter.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Trial {
   std::uint64_t drive = 1;
 };
 
-/// A filter beside the cell it does not know, and what became of it.
+/// Filter beside the simulated cell, which is unknown to it, with statistics of its error.
 class Race {
  public:
   Race(const CellDynamics& cell, const SimulatedCellOptions& truth, const SocBegin& begin, const Trial& trial = {})
@@ -175,7 +175,7 @@ TEST_CASE("a cell that aged beyond its model is followed within 5 %", "[unit][es
     race.run(6.0 * 3600.0);
     CHECK(race.worst < 0.03);
     CHECK(race.longest_beyond_three_s < 300.0);
-    // 1 / 0.85 of what is counted is missing, and some of the 40 % is found.
+    // 1 / 0.85 of the counted charge is missing, and a part of the 40 % is found.
     CHECK(race.filter.counting_share() == Approx(1.0 - 1.0 / 0.85).margin(0.06));
     CHECK(race.filter.resistance_share() > 0.2);
     CHECK(race.filter.resistance_share() < 0.5);
@@ -194,7 +194,7 @@ TEST_CASE("on a plateau the voltage says little, and the doubt grows", "[unit][e
     CHECK(filter.estimate().sigma > before);
     before = filter.estimate().sigma;
   }
-  // 50 % flowed, of which 1 % of gain and 2 % of capacity are not known, and 10 mA for 5 hours.
+  // 50 % flowed with an unknown 1 % of gain and 2 % of capacity, and 10 mA for 5 hours.
   const double counted = std::hypot(0.003, 0.5 * std::hypot(0.01, 0.02), 0.01 * 5.0 / 10.0);
   CHECK(before > 0.8 * counted);
   CHECK(before < 1.5 * counted + 1e-6);
@@ -207,7 +207,7 @@ TEST_CASE("kinetics in the cold are no lack of charge", "[unit][estimators]") {
     for (double& kinetic_Ohm : row.kinetic_Ohm) kinetic_Ohm *= 5.0;
     row.exchange_current_A *= 0.2;
   }
-  // At -10 C 30 A take 0.14 V by the charge transfer; in a straight line it would be 1.1 V.
+  // At -10 C 30 A take 0.14 V by the charge transfer; linearly it would be 1.1 V.
   const CellPoint point = at(cell, 0.5, -10.0);
   CHECK(kinetic_V(point, 30.0) < 0.3 * point.kinetic_Ohm * 30.0);
   Race race(cell, {.soc = 0.7, .voltage_noise_V = 0.003}, {.soc = 0.6, .sigma = 0.1}, {.temperature_C = -10.0});
@@ -232,7 +232,7 @@ TEST_CASE("the same samples give the same estimates", "[unit][estimators]") {
   const SimulatedCellOptions options{.soc = 0.7, .voltage_noise_V = 0.005, .slow_error_share = 1.0, .seed = 3};
   Race first(cell, options, {.soc = 0.6});
   Race second(cell, options, {.soc = 0.6});
-  second.filter.update(nothing(1e5));  // whatever it was before its begin
+  second.filter.update(nothing(1e5));  // state from before its start
   second.filter.begin(cell, sensor, {.soc = 0.6}, 25.0);
   for (int turn = 0; turn < 2000; ++turn) {
     first.run(1.0);
@@ -335,7 +335,7 @@ TEST_CASE("an offset comes and goes: its doubt grows with the root of a long tim
   for (int minute = 0; minute < 50 * 60; ++minute) {
     filter.update({.passed_s = 60.0, .mean_current_A = 0.0, .temperature_C = 25.0});
   }
-  // The integral of an Ornstein-Uhlenbeck process of ten hours over fifty; one that stays would be 0.75.
+  // The integral of an Ornstein-Uhlenbeck process of ten hours over fifty; a constant offset would be 0.75.
   const double counted_Ah = 0.1 * std::sqrt(2.0 * 10.0 * (50.0 - 10.0 * (1.0 - std::exp(-5.0))));
   CHECK(filter.estimate().sigma == Approx(1.5 * counted_Ah / 10.0).epsilon(0.01));
 }
@@ -414,7 +414,7 @@ TEST_CASE("what is not seen makes a voltage count for less", "[unit][estimators]
   CellSample current_unknown = seen;
   current_unknown.mean_current_A = not_measured;
   CHECK(expected_V2(0.0, current_unknown) == Approx(expected_V2(0.0, seen)));
-  // 100 A for 10 s: 0.9 V of what flowed, and 1 mOhm of each pair as far as it follows.
+  // 100 A for 10 s: 0.9 V times the charge, and 1 mOhm of each RC element as far as it settles.
   const auto follows = [](double time_s) { return 0.01 * (1.0 - std::exp(-20.0 / time_s)); };
   const double charge_V = 0.9 * (0.001 + 1000.0 / 36'000.0);
   CHECK(expected_V2(100.0, current_unknown) - expected_V2(100.0, seen) ==
@@ -456,7 +456,7 @@ TEST_CASE("no value makes a filter forget itself, once or for an hour", "[unit][
         REQUIRE(is_sound(race.filter.estimate()));
         race.run(600.0);
         REQUIRE(is_sound(race.filter.estimate()));
-        // What flowed in an hour without a time is lost.
+        // The charge of an hour without valid times is lost.
         if (which != 5 || samples == 1) CHECK(race.error() < 0.03);
       }
     }
@@ -533,7 +533,7 @@ TEST_CASE("after an hour of impossible voltages a filter is sound and no cell is
     REQUIRE(is_sound(race.filter.estimate()));
     race.run(2.0 * 3600.0);
     REQUIRE(is_sound(race.filter.estimate()));
-    // Above the curve it is the hardest: a full cell does not contradict it.
+    // A voltage above the curve is the hardest case: a full cell does not contradict it.
     if (voltage_V != 5.0) CHECK(race.error() < 0.06);
   }
 }
@@ -562,7 +562,7 @@ TEST_CASE("whatever comes, a filter knows a charge and how sure it is", "[unit][
       REQUIRE(std::isfinite(race.filter.offset_A()));
       REQUIRE(std::abs(race.filter.hysteresis()) <= 1.0);
     }
-    // And it is a filter still.
+    // The filter still works.
     race.run(10.0 * 3600.0 * (seed > 2 ? 0.1 : 1.0));
     CHECK(is_sound(race.filter.estimate()));
   }
@@ -576,7 +576,7 @@ TEST_CASE("an anchor is believed as far as it is sure, and what is no anchor not
   filter.begin(cell, sensor, {.soc = 0.5, .sigma = 0.1}, 25.0);
   const double told_factor = filter.estimate().sigma / 0.1;
   filter.anchor(0.6, 0.1);
-  // Two that are equally sure meet in the middle.
+  // Two equally certain values meet in the middle.
   CHECK(filter.estimate().soc == Approx(0.55));
   CHECK(filter.estimate().sigma == Approx(0.1 / std::sqrt(2.0) * told_factor));
   filter.anchor(0.56, 1e-6);
@@ -643,7 +643,7 @@ TEST_CASE("who goes on where a filter ended learns nothing from the voltage that
   const CellDynamics cell = test::sloped_cell();
   const double slope_V = 0.9;
   const double model_error_V = cell.rows[0].slow_error_V;
-  // As sure as a voltage makes it, and off by as much: 8 mV on 0.9 V.
+  // As certain as a voltage makes it, with an error of the same size: 8 mV on 0.9 V.
   const double sigma = model_error_V / slope_V;
   const auto soc_after = [&](bool has_followed, double age_s) {
     SocFilter filter;

@@ -1,4 +1,4 @@
-// Counting in the middle, the voltage at the ends.
+// Mixed method: counting in the middle of the SOC range, voltage at its ends.
 #include "daemon/core/estimation/soc/soc_mixed.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr CurrentSensorError exact{.gain = 0.0, .offset_A = 0.0, .unknown_current_A = 0.0};
 
-/// At 25 C: V = 3.2 + 0.9 z, 3 mOhm + 2 mOhm (kinetics with 20 A) + 3 times 1 mOhm.
+/// At 25 C: V = 3.2 + 0.9 z, 3 mOhm + 2 mOhm (charge transfer with 20 A) + 3 times 1 mOhm.
 struct Mixed {
   CellDynamics cell = test::sloped_cell();
   SocMixed soc_mixed;
@@ -31,7 +31,7 @@ struct Mixed {
   [[nodiscard]] double sigma() const { return soc_mixed.estimate().sigma; }
 };
 
-/// What the resistances take of this current at last.
+/// Voltage drop of this current in steady state.
 double taken_V(double current_A) {
   return 0.006 * current_A + 0.002 * 20.0 * std::asinh(current_A / 20.0);
 }
@@ -40,7 +40,7 @@ double taken_V(double current_A) {
 
 TEST_CASE("in the middle the voltage is not listened to", "[unit][estimators]") {
   Mixed mixed(0.5, 0.2);
-  for (int second = 0; second < 360; ++second) mixed.run(1.0, 10.0, 3.88);  // of 84 %, once compensated
+  for (int second = 0; second < 360; ++second) mixed.run(1.0, 10.0, 3.88);  // of 84 % after compensation
   CHECK(mixed.soc() == Approx(0.4));
   CHECK(mixed.sigma() == Approx(0.2));
 }
@@ -59,7 +59,7 @@ TEST_CASE("high up a rested voltage pulls the count in two minutes", "[unit][est
 }
 
 TEST_CASE("under a current the same voltage says less, and nothing that was not better known", "[unit][estimators]") {
-  // 5 A into the cell take 40 mV, a fifth of which is not known.
+  // 5 A into the cell cause 40 mV, a fifth of which is uncertain.
   Mixed mixed(0.90, 0.1);
   const double voltage_V = 3.2 + 0.9 * 0.96 - taken_V(-5.0);
   mixed.run(1.0, -5.0, voltage_V);
@@ -82,7 +82,7 @@ TEST_CASE("in the cold the same current takes more of the voltage", "[unit][esti
   const double told_sigma = std::hypot(0.010, 0.2 * taken) / 0.9;
   const double counted = 0.90 + 1.0 / 36'000.0;
   const double expected = counted + (told - counted) / 120.0 * (1.0 - told_sigma / 0.1);
-  // Told at the begin, or with the sample.
+  // Temperature given at the start, or with the sample.
   SocMixed begun;
   begun.begin(cell, exact, {.soc = 0.90, .sigma = 0.1}, -10.0);
   begun.update({1.0, -1.0, -1.0, 4.0, not_measured});
@@ -103,7 +103,7 @@ TEST_CASE("where the curve is flat at its end the voltage does not say much", "[
   SocMixed mixed;
   mixed.begin(cell, exact, {.soc = 0.90, .sigma = 0.1}, 25.0);
   mixed.update({1.0, 0.0, 0.0, cell.rows[0].ocv_V[48], 25.0});
-  // 10 mV count as of 0.2 V per 1.
+  // 10 mV count with a slope of 0.2 V per 1.
   CHECK(mixed.estimate().soc == Approx(0.90 + 0.06 / 120.0 * (1.0 - 0.05 / 0.1)).epsilon(1e-5));
 }
 
