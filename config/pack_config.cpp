@@ -130,7 +130,7 @@ class ModuleReader {
     }
   }
 
-  /// Serial numbers, one for each node in their order; null if it is to be remembered.
+  /// Serial numbers, one for each node in their order; null if the module is to be registered.
   std::vector<std::optional<std::uint32_t>> read_serials(const JsonValue& value, std::size_t count,
                                                          const Place& value_place) {
     std::vector<std::optional<std::uint32_t>> serials(count);

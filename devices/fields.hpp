@@ -1,4 +1,4 @@
-// Shorthand for the signals of third-party protocols, whose rows would otherwise be mostly braces:
+// Shorthand for the signals of third-party protocols; without it their rows would be mostly braces:
 //
 //   as_signed(field::little("battery_current_mA", 2, 2, field::tenth_of_A, codes))
 //
@@ -82,7 +82,7 @@ inline constexpr Quantity whole_ms{Unit::ms, 1};
   signal.is_signed = true;
   return signal;
 }
-/// Rounded so that a limit never promises more than is available.
+/// Rounded so that a sent limit never exceeds the available one.
 [[nodiscard]] consteval SignalSpec as_limit(SignalSpec signal) {
   signal.rounding = Rounding::towards_zero;
   return signal;

@@ -18,11 +18,11 @@ namespace bmu {
 
 enum class ByteOrder : std::uint8_t { big, little };
 
-/// First bit of a field whose most significant bit is bit `in_byte` (7 = highest) of byte `byte`.
+/// First bit of a field with its most significant bit at bit `in_byte` (7 = highest) of byte `byte`.
 [[nodiscard]] consteval std::uint8_t bit(unsigned byte, unsigned in_byte) {
   return static_cast<std::uint8_t>(byte * 8 + (7 - in_byte));
 }
-/// First bit of a little-endian field whose least significant bit is bit `in_byte` (0 = lowest) of byte `byte`.
+/// First bit of a little-endian field with its least significant bit at bit `in_byte` (0 = lowest) of byte `byte`.
 [[nodiscard]] consteval std::uint8_t bit_le(unsigned byte, unsigned in_byte) {
   return static_cast<std::uint8_t>(byte * 8 + in_byte);
 }

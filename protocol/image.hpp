@@ -4,7 +4,7 @@
 //   std::vector<std::uint8_t> bytes(image_size(core_state));
 //   write_image(core_state, bytes);
 //   ...
-//   if (image_layout<CoreState>() != layout_of_file) ...          // written by a build whose state has other members
+//   if (image_layout<CoreState>() != layout_of_file) ...          // written by a build with other members in its state
 //   if (const auto problem = read_image(bytes, core_state)) ...
 //
 // Members follow each other in their order, without gaps (fields.hpp): numbers in two's complement and IEEE 754 in

@@ -200,8 +200,8 @@ constexpr void seal(const MessageSpec& message, std::uint8_t counter, CanFrame& 
          message.signals.size() <= signal_count_max;
 }
 
-/// Number of bytes in which the signal must lie. b7 is excluded if it is the checksum. The end that some senders omit,
-/// whose bytes are then 0, may only have signals for which 0 is a special code.
+/// Number of bytes in which the signal must lie. b7 is excluded if it is the checksum. The end that some senders omit
+/// (its bytes are then 0) may only have signals for which 0 is a special code.
 [[nodiscard]] constexpr unsigned room_of(const MessageSpec& message, const SignalSpec& signal) {
   if (has_crc(message)) return 7;
   return find_special(signal, 0) != nullptr ? message.length : message.shortest();

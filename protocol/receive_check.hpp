@@ -74,8 +74,8 @@ struct ReceiveCounts {
 
 class ReceiveCheck {
  public:
-  /// Role of the owner. A master learns its polls from `note_sent` alone, and rejects a frame that only a master may
-  /// send as `foreign_master`. A listener (module, PDU, dump tool) learns from the POLLs and COMMANDs it receives.
+  /// Role of the owner. A master takes its polls from `note_sent` alone, and rejects a frame that only a master may
+  /// send as `foreign_master`. A listener (module, PDU, dump tool) takes them from the POLLs and COMMANDs it receives.
   enum class Role : std::uint8_t { master, listener };
 
   ReceiveCheck(const Catalogue& catalogue, Role role) : catalogue_(&catalogue), role_(role) {}

@@ -7,7 +7,7 @@
 // B8 is the longest frame of eight bytes, 135 bits: one that is already on the wire, the POLL, then all answers of the
 // modules. The 2 ms are the protocol's limit for the start of an answer. `stronger` are the messages with a higher
 // priority than answers during that time: CONTACTOR_COMMAND, PDU_STATUS and, if used, PDU_TEMPERATURE, each once a
-// period and once more for a change, and of the other nodes' messages (config/checks/bus_guests.hpp) those with a lower
+// period and one more for a change, and of the other nodes' messages (config/checks/bus_guests.hpp) those with a lower
 // identifier than the weakest answer. Messages with a lower priority than the answers, in particular the sensors'
 // results, wait for them, at most for one cycle.
 //

@@ -1,4 +1,4 @@
-// Checks whether the chargers of a pack file can do what it requires of them, and may.
+// Checks whether the chargers of a pack file are able, and permitted, to do what the pack requires of them.
 #pragma once
 
 #include "config/json/json_reader.hpp"

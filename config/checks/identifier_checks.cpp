@@ -115,7 +115,7 @@ bool are_on_one_bus(const PackConfig& pack, Port one, Port other) {
 }
 
 /// The identifiers of inverters are those of commands to MMUs and cannot be moved: they are allowed on another bus, and
-/// beside third-party modules, which are claims of their own.
+/// beside third-party modules; those are separate claims.
 void check_inverter_apart(const PackConfig& pack, const Place& root, ProblemList& problems) {
   const InverterDriver* const driver = pack.core.inverter.driver;
   if (driver == nullptr || !are_on_one_bus(pack, Port::inverter, Port::internal)) return;

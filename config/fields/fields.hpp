@@ -37,7 +37,7 @@ struct FieldInfo {
   FieldType type = FieldType::integer;
 };
 
-/// Numbers are carried as double in between: every range lies within its exact integers, which read_value checks.
+/// Numbers are carried as double in between: every range is within its exact integers, which read_value checks.
 using FieldValue = std::variant<bool, double, std::string>;
 
 template <class Target>

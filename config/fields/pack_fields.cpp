@@ -31,7 +31,7 @@ constexpr std::array module_table{
          .meaning =
              "sensors at cells, as many as the module says it has: up to 4, of `outlander_cmu` 5; at least one in "
              "the whole pack"})),
-    // Without a default of its own: the module that is expected is then remembered.
+    // Without a default of its own: the module that is expected is then the registered one.
     Field<ModuleEntry>{{.key = "serial_number",
                         .min = 0,
                         .max = serial_number_max,

@@ -22,10 +22,10 @@ using VerbParser = Problem (*)(Words&, const MasterVocabulary&, ScenarioLine&);
 struct VerbRow {
   std::string_view word;
   ScenarioVerb verb;
-  VerbParser parse;  // what stands behind the word
+  VerbParser parse;  // reads the text after the word
 };
 
-/// `is_needed`: without it the line is wrong; otherwise the limit stays 0.
+/// `is_needed`: a missing limit is an error; otherwise the limit stays 0.
 Problem parse_limit(Words& words, std::string_view name, bool is_needed, ScenarioLine& line) {
   const Word word = words.peek();
   if (word.text != name) return is_needed ? Problem(problem_at(word, std::string(name) + " SECONDS")) : std::nullopt;
@@ -43,7 +43,7 @@ Problem parse_never(Words& words, const MasterVocabulary& master, ScenarioLine& 
   return parse_limit(words, "for", false, line);
 }
 
-/// A frame is there for a moment: it can be waited for or never come.
+/// A frame is momentary: only wait and never can refer to it.
 Problem parse_lasting(Words& words, const MasterVocabulary& master, ScenarioLine& line) {
   if (words.peek().text == "frame") return problem_at(words.peek(), "a state; frames are for wait and never");
   return parse_condition_words(words, master, line.condition);
@@ -124,7 +124,7 @@ Problem parse_time(Words& words, ScenarioTime& time) {
   return std::nullopt;
 }
 
-/// `line.verb` is right as soon as it is known, also when something behind it is wrong.
+/// `line.verb` is set as soon as it is known, even if the text after it is wrong.
 Problem parse_line(Words& words, const MasterVocabulary& master, ScenarioLine& line) {
   if (Problem problem = parse_time(words, line.time)) return problem;
   const Word first = words.peek();
@@ -154,7 +154,8 @@ class Reader {
     line.line = number;
     line.column = first.column;
     Problem problem = parse_line(words, *master_, line);
-    // A block that begins or ends with a mistake is a block all the same, or its other end would look wrong as well.
+    // A block with an error in its first or last line still is a block; otherwise its other end would be an error as
+    // well.
     const bool is_understood = !problem;
     Problem misplaced = place(line, first, is_understood);
     if (!problem) problem = std::move(misplaced);
@@ -187,7 +188,7 @@ class Reader {
     bool is_empty = true;
   };
 
-  /// What the line may not do where it stands.
+  /// Opens and closes blocks; returns a problem if the line is not allowed at its position.
   Problem place(const ScenarioLine& line, const Word& first, bool is_understood) {
     if (line.verb == ScenarioVerb::end) return close(line, first);
     if (!blocks_.empty()) blocks_.back().is_empty = false;

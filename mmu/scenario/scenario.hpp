@@ -1,21 +1,21 @@
-// The script language of the emulated world: one line an event, a condition, or a frame for a block.
+// Script language of the emulated world: each line is an event, a condition, or one end of a block.
 //
 //   # comment, to the end of the line
 //
-//   [WHEN] TARGET PROPERTY [VALUE]                an event; it needs its WHEN
-//   [WHEN] wait CONDITION within SECONDS          the run fails if it does not come; what follows counts from there
-//   [WHEN] expect CONDITION                       must be true at that moment
-//   [WHEN] always|never CONDITION [for SECONDS]   from then on, to the end of the run or for so long
+//   [WHEN] TARGET PROPERTY [VALUE]                an event; its WHEN is required
+//   [WHEN] wait CONDITION within SECONDS          the run fails if it is not met; later times count from this instant
+//   [WHEN] expect CONDITION                       must be true at this time
+//   [WHEN] always|never CONDITION [for SECONDS]   from then on, to the end of the run or for this time
 //   [WHEN] pass | fail ["TEXT"]                   ends the run
-//   [WHEN] repeat COUNT [every SECONDS]           the lines up to `end`, so often
+//   [WHEN] repeat COUNT [every SECONDS]           repeats the lines up to `end`
 //          end
 //
-//   WHEN       12.3      seconds from the start; after a wait, from the moment it was met; in a repeat, from the
-//                        beginning of the turn. Such lines may stand in any order.
-//              +2.5      seconds after the line before
+//   WHEN       12.3      seconds from the start; after a wait, from the instant it was met; in a repeat, from the
+//                        start of the repetition. Such lines may be in any order.
+//              +2.5      seconds after the previous line
 //              random 10..20, +random 1..5
 //                        drawn from the seed of the run, in whole milliseconds
-//              nothing   at the time of the line before; not for events
+//              nothing   at the time of the previous line; not for events
 //   VALUE      2700 | auto | on | 0..40 over 2 (a ramp) | ..2500 over 3 (a ramp from the present) | random 2700..3600
 //   CONDITION  TARGET STATE                       contactor main_positive closed
 //              TARGET STATE COMPARISON NUMBER     cell 2.7 soc_permille < 300
@@ -27,9 +27,10 @@
 // are rows of tables, frames and signals those of protocol/tables; parser, error messages, `mmusim --properties` and
 // docs/scenarios.md come from these rows.
 //
-// parse_scenario() takes a whole text or says everything that is wrong with it; plan_scenario() (scenario_plan.hpp)
-// draws what is random and lays repeats out; ScenarioPlayer (scenario_player.hpp) lets it happen. A line that cannot be
-// understood costs its problem and nothing else: the lines around it are judged as if it were right.
+// parse_scenario() accepts a complete text or reports everything that is wrong with it; plan_scenario()
+// (scenario_plan.hpp) draws the random values and expands repeats; ScenarioPlayer (scenario_player.hpp) executes the
+// plan. A line that cannot be parsed causes one problem and nothing else: the lines around it are checked as if it were
+// right.
 #pragma once
 
 #include <array>
@@ -72,7 +73,7 @@ enum class TargetKind : std::uint8_t {
   master,
 };
 
-/// What follows the target's name.
+/// Address after the target's name.
 enum class Address : std::uint8_t {
   none,
   node,       // 3
@@ -89,10 +90,10 @@ struct TargetSpec {
 };
 
 enum class ValueKind : std::uint8_t {
-  none,            // the property says it all
+  none,            // the property has no value
   number,          // 3, 2.5, or a ramp: 0..40 over 2
-  number_or_auto,  // the same, or `auto`: what the plant says
-  count,           // a whole number, no ramp: of things, or one that stands for a thing
+  number_or_auto,  // the same, or `auto`: the value of the plant
+  count,           // a whole number, no ramp: a count, or a code
   count_or_auto,   // the same, or `auto`
   word,            // one of `words`
 };
@@ -104,7 +105,7 @@ enum class ValueKind : std::uint8_t {
   return kind == ValueKind::number_or_auto || kind == ValueKind::count_or_auto;
 }
 
-/// One enumerator a row of the property table, in its order.
+/// One enumerator per row of the property table, in its order.
 enum class Property : std::uint8_t {
   vehicle_on,
   vehicle_off,
@@ -234,14 +235,14 @@ enum class Property : std::uint8_t {
 };
 inline constexpr std::size_t property_count = 125;
 
-/// Whose modules a property can be of; which pack has what is known only when the script meets one (check_against).
+/// Modules that a property requires; checked only when the script is combined with a pack (check_against).
 enum class ModuleNeed : std::uint8_t {
-  any,           // whoever made them
-  ours,          // ours alone
-  foreign,       // another maker's alone
-  protection,    // ours, and others whose frames have a counter and a checksum
-  board_sensor,  // ours, and others that measure their board's temperature
-  errors,        // others that tell errors
+  any,           // all modules
+  ours,          // MMUs only
+  foreign,       // third-party modules only
+  protection,    // MMUs, and others with a counter and a checksum in their frames
+  board_sensor,  // MMUs, and others that measure their board's temperature
+  errors,        // third-party modules that report errors
 };
 [[nodiscard]] std::string_view to_text(ModuleNeed need);
 
@@ -266,13 +267,13 @@ struct ScenarioValue {
   enum class Kind : std::uint8_t { none, number, ramp, ramp_from_present, automatic, word };
   Kind kind = Kind::none;
   bool is_random = false;  // number: still to be drawn, from `from` to `number`
-  double number = 0.0;     // the number, or where a ramp ends
-  double from = 0.0;       // where a ramp starts
+  double number = 0.0;     // the number, or the end of a ramp
+  double from = 0.0;       // start of a ramp
   Duration over{};
   std::uint8_t word = 0;  // index in the property's words
 };
 
-/// Where an event applies, counted from 0; what a target does not have is 0.
+/// Where an event applies; the index counts from 0. Members that a target does not have are 0.
 struct ScenarioPlace {
   std::uint8_t node = 0;   // the module's node number, 1 to 63
   std::uint8_t index = 0;  // cell or thermistor in it, or index of the target's word
@@ -290,26 +291,26 @@ struct ScenarioEvent {
 enum class Comparison : std::uint8_t { none, equal, not_equal, less, less_or_equal, greater, greater_or_equal };
 [[nodiscard]] bool holds(Comparison comparison, double found, double wanted);
 
-struct StateSpec;  // a row of what can be asked of the world: scenario_state.hpp
+struct StateSpec;  // a row of the states that can be queried: scenario_state.hpp
 
 struct ScenarioCondition {
   Comparison comparison = Comparison::none;
   double wanted = 0.0;               // number in the unit of the name, or index of a word
   bool wants_not_known = false;      // instead: the sender has no number; only with = and !=
-  const StateSpec* state = nullptr;  // null: it is about frames
+  const StateSpec* state = nullptr;  // null: the condition is about frames
   ScenarioPlace place{};
-  std::span<const std::string_view> words{};  // what the state's indices mean, where it is a word
+  std::span<const std::string_view> words{};  // meaning of the state's indices, if it is a word
   std::uint32_t frame_id = 0;
-  bool is_by_identifier = false;         // no name stands in the line
+  bool is_by_identifier = false;         // the line has no name
   bool is_any_node = false;              // every node's frame of this message; frame_id is the first one's
   const MessageSpec* message = nullptr;  // null: an identifier without a row
-  std::optional<std::uint8_t> signal{};  // none: the frame itself is what is wanted
-  std::string text{};                    // as it stands in the line
+  std::optional<std::uint8_t> signal{};  // none: the frame itself is expected
+  std::string text{};                    // as in the line
 };
 
 enum class ScenarioVerb : std::uint8_t { event, wait, expect, always, never, pass, fail, repeat, end };
 
-/// When a line takes place, see above. `from` and `to` are the same unless it is to be drawn.
+/// Time of a line, see above. `from` and `to` are the same unless it is random.
 struct ScenarioTime {
   enum class Kind : std::uint8_t { as_before, absolute, relative };
   Kind kind = Kind::as_before;
@@ -319,27 +320,27 @@ struct ScenarioTime {
 
 struct ScenarioLine {
   std::uint32_t line = 0;    // both from 1
-  std::uint32_t column = 0;  // of the target or verb, behind the time
+  std::uint32_t column = 0;  // of the target or verb, after the time
   ScenarioVerb verb = ScenarioVerb::event;
   ScenarioTime time{};
   ScenarioEvent event{};          // event
   ScenarioCondition condition{};  // wait, expect, always, never
   Duration limit{};               // wait: within; always, never: for, 0 to the end of the run
   std::uint32_t count = 0;        // repeat
-  Duration every{};               // repeat; 0: a turn begins with the last line of the one before
+  Duration every{};               // repeat; 0: a repetition starts with the last line of the previous one
   std::size_t partner = 0;        // repeat: index of its end; end: of its repeat
-  std::string text{};             // without time and comment; fail: what stands in the quotes
+  std::string text{};             // without time and comment; fail: the text in the quotes
 };
 
 struct Scenario {
   std::vector<ScenarioLine> lines;  // as in the file
 
-  /// Whether anything in it can fail or end the run: whether it is a test.
+  /// Whether anything in it can fail or end the run, which makes it a test.
   [[nodiscard]] bool is_test() const;
 };
 
-/// What a script may ask a master that runs beside the emulated pack, in its words. Empty: there is none to be asked,
-/// and none to be told anything.
+/// Words with which a script can query a master that runs beside the emulated pack. Empty: no master to query or to
+/// command.
 struct MasterVocabulary {
   std::span<const std::string_view> phases{};
   std::span<const std::string_view> opening_causes{};
@@ -356,14 +357,14 @@ using ScenarioProblems = std::vector<ScenarioProblem>;
 /// "demo.scn:12:9: found 'cel', wanted a target: vehicle, charger, ..."
 [[nodiscard]] std::string to_text(const ScenarioProblem& problem, std::string_view file_name);
 
-/// What could be read: the lines that are right, and the first problem of every line that has one, by line.
+/// Result of reading: the correct lines, and the first problem of every other line, in the order of the lines.
 struct ScenarioReading {
   Scenario scenario;
   ScenarioProblems problems;
 };
 [[nodiscard]] ScenarioReading read_scenario(std::string_view text, const MasterVocabulary& master = {});
 
-/// A whole scenario, or what is wrong.
+/// A complete scenario, or its problems.
 [[nodiscard]] Result<Scenario, ScenarioProblems> parse_scenario(std::string_view text,
                                                                 const MasterVocabulary& master = {});
 
@@ -371,7 +372,7 @@ struct ScenarioReading {
 [[nodiscard]] Result<ScenarioEvent, ScenarioProblem> parse_event(std::string_view text,
                                                                  const MasterVocabulary& master = {});
 
-/// The tables of docs/scenarios.md: what can be done, and what can be asked.
+/// The tables of docs/scenarios.md: the properties and the states.
 [[nodiscard]] std::string property_table_markdown();
 [[nodiscard]] std::string state_table_markdown();
 

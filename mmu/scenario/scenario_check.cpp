@@ -28,7 +28,7 @@ std::string maker_of(const SimulatorConfig& config) {
   return config.foreign.driver == nullptr ? "ours" : std::string(config.foreign.driver->name);
 }
 
-/// Of the values that modules of another maker cannot have, although theirs is the property.
+/// Expected value if third-party modules have the property but not this value; otherwise empty.
 std::string value_wanted_instead(const ScenarioEvent& event, const ModuleDriver& driver) {
   const bool sends_as =
       event.property == Property::module_sends_as_node && event.value.kind == ScenarioValue::Kind::number;
@@ -44,12 +44,12 @@ std::string value_wanted_instead(const ScenarioEvent& event, const ModuleDriver&
   return "";
 }
 
-/// Frames of ours that modules of another maker do not send or hear.
+/// Whether the condition is about MMU frames, which third-party modules neither send nor receive.
 bool is_of_our_modules(const ScenarioCondition& condition) {
   return condition.message != nullptr && (condition.message->has_node() || condition.message == &internal_bus::poll);
 }
 
-/// Empty if modules of this maker can be meant, else what would have been right.
+/// Empty if the line is valid for modules of this manufacturer, otherwise the expected text.
 std::string wanted_of_modules(const ScenarioLine& line, const SimulatorConfig& config) {
   const ModuleDriver* driver = config.foreign.driver;
   if (line.verb == ScenarioVerb::event) {
@@ -66,7 +66,7 @@ std::string wanted_of_modules(const ScenarioLine& line, const SimulatorConfig& c
   return "a frame by its identifier, as in frame 0x103: modules of " + std::string(driver->name) + " have none of ours";
 }
 
-/// What the line names; null for lines that name nothing of the pack.
+/// Target that the line names; none for lines without a target in the pack.
 struct Named {
   TargetKind target{};
   ScenarioPlace place{};
@@ -77,7 +77,7 @@ std::optional<Named> named_by(const ScenarioLine& line) {
   return std::nullopt;
 }
 
-/// Empty if the pack has it, else what would have been right.
+/// Empty if the pack has the target, otherwise the expected text.
 std::string wanted_instead(const Named& named, const SimulatorConfig& config) {
   const ScenarioPlace place = named.place;
   const bool is_second_sensor =
@@ -103,7 +103,7 @@ std::string wanted_instead(const Named& named, const SimulatorConfig& config) {
   return "";
 }
 
-/// What only some packs have, whatever is told or asked of it.
+/// Checks targets that only some packs have, in events and conditions.
 std::string wanted_of_target(TargetKind target, const SimulatorConfig& config) {
   if (target == TargetKind::sensor_unit && config.sensor_set_up == nullptr) {
     return "a sensor that can be configured: the pack file names none in sensor/protocol";
@@ -151,7 +151,7 @@ std::string wanted_of_charger(Property property, const ScenarioValue& value, con
   return "";
 }
 
-/// What only some of them can be told.
+/// Checks properties that only some packs have.
 std::string wanted_of_property(Property property, const ScenarioValue& value, const SimulatorConfig& config) {
   if (is_of_driven_charger(property)) return wanted_of_charger(property, value, config);
   if (is_request(property) && config.request_id == 0) {

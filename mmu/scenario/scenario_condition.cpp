@@ -1,4 +1,4 @@
-// Conditions of the script language: what is asked of the world, and of frames.
+// Conditions of the script language: on the state of the world, and on frames.
 #include "mmu/scenario/scenario_state.hpp"
 #include "mmu/scenario/scenario_words.hpp"
 #include "protocol/number_text.hpp"
@@ -141,7 +141,7 @@ void take_identifier(std::uint32_t id, ScenarioCondition& condition) {
   }
 }
 
-/// A number behind a message that each node sends is its node; without one, any of them will do.
+/// A number after a message that each node sends is its node; without one, any node matches.
 Problem parse_frame_node(Words& words, ScenarioCondition& condition) {
   const MessageSpec& message = *condition.message;
   condition.frame_id = message.base_id + std::uint32_t{message.node_min};

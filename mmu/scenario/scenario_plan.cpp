@@ -14,16 +14,16 @@ using scenario_text::time_max_s;
 
 namespace {
 
-/// A sequence of the script's own: the world draws its noise from the same seed.
+/// A separate sequence for the script: the world draws its noise from the same seed.
 constexpr std::uint64_t script_sequence = 0x5C12'1977'0000'0001U;
 
-/// Even over both ends.
+/// Uniform, both ends included.
 std::int64_t draw(RandomSource& random, std::int64_t from, std::int64_t to) {
   const auto span = static_cast<std::uint64_t>(to - from) + 1;
   return from + static_cast<std::int64_t>(random.next() % span);
 }
 
-/// Lays the lines out. Without a seed everything is drawn as late as it can be.
+/// Expands the lines. Without a seed every random time takes its latest value.
 class Layout {
  public:
   Layout(const Scenario& scenario, std::optional<std::uint64_t> seed) : lines_(&scenario.lines) {
@@ -90,7 +90,7 @@ class Layout {
     return from + std::chrono::milliseconds(draw(*random_, to_ms(line.time.from), to_ms(line.time.to)));
   }
 
-  /// Too far: the line is the problem, and the layout ends.
+  /// Reports a line that is beyond the limits, which ends the layout.
   bool refuse(const ScenarioLine& line) {
     if (plan_.steps.size() >= plan_steps_max) {
       problem_ = {line.line, line.column, "'" + line.text + "'",
@@ -107,8 +107,8 @@ class Layout {
   ScenarioPlan plan_;
   std::optional<ScenarioProblem> problem_;
   std::uint32_t section_ = 0;
-  Duration zero_{};    // what absolute times count from, in the section
-  Duration before_{};  // time of the line before, in the section
+  Duration zero_{};    // origin of absolute times, in the section
+  Duration before_{};  // time of the previous line, in the section
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
-// A scenario laid out for one run: every turn of every repeat, with what is random drawn from a seed.
+// A scenario expanded for one run: every repetition of every repeat, with random values drawn from a seed.
 //
-// Steps stand in sections. The first counts its times from the start of the run, each other one from the moment the
-// wait before it was met; so a step's place is known before the run, its hour is not. The same scenario and seed give
-// the same plan with every compiler. Draws are made in the order of the lines and turns, whatever happens in the run,
-// and from their own sequence: the noise of a measurement does not change them.
+// Steps are in sections. The first counts its times from the start of the run, every other one from the instant at
+// which the wait before it was met; a step's position is therefore known before the run, its time is not. The same
+// scenario and seed give the same plan with every compiler. Values are drawn in the order of the lines and repetitions,
+// regardless of the run, and from their own sequence: the noise of a measurement does not change them.
 #pragma once
 
 #include "mmu/devices/random.hpp"
@@ -16,7 +16,7 @@ inline constexpr std::size_t plan_steps_max = 100'000;
 struct ScenarioStep {
   std::uint32_t line_index = 0;  // in Scenario::lines
   std::uint32_t section = 0;
-  Duration at{};        // from the beginning of its section
+  Duration at{};        // from the start of its section
   ScenarioEvent event;  // of an event: its own copy, with the number that was drawn
 };
 
@@ -25,13 +25,13 @@ struct ScenarioPlan {
   std::vector<std::size_t> section_begins;  // index of each section's first step, and the number of steps
 };
 
-/// `scenario` comes from the parser.
+/// Precondition: `scenario` comes from the parser.
 [[nodiscard]] ScenarioPlan plan_scenario(const Scenario& scenario, std::uint64_t seed);
 
-/// What makes the plan too long or too late, whatever is drawn; at its line.
+/// Problem that makes the plan too long, or too late with the latest draws; at its line.
 [[nodiscard]] std::optional<ScenarioProblem> check_length(const Scenario& scenario);
 
-/// A value to be drawn, drawn in thousandths; others stay as they are.
+/// Draws a random value in thousandths (a count in whole numbers); others stay as they are.
 void draw_value(RandomSource& random, ScenarioEvent& event);
 
 }  // namespace bmu

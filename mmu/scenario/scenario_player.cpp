@@ -30,7 +30,7 @@ bool has_signal(const SignalSpec& signal, const MessageSpec& message, const CanF
   return is_selected(signal, raw_of(message.signals.front(), frame.data));
 }
 
-/// The frame that is meant, undamaged; whatever its signal says.
+/// Whether it is the frame of the condition and undamaged, regardless of its signal.
 bool is_about(const ScenarioCondition& condition, const CanFrame& frame) {
   if (frame.is_extended || frame.is_remote || frame.is_error) return false;
   if (condition.message == nullptr) return frame.id == condition.frame_id;
@@ -49,7 +49,7 @@ bool is_frame(const ScenarioCondition& condition, const CanFrame& frame) {
   return value.is_valid() && holds(condition.comparison, static_cast<double>(value.value), condition.wanted);
 }
 
-/// The same message, its signals in the byte order this bus has.
+/// Row of the same message in this bus's catalogue, with its signals in the byte order of this bus.
 const MessageSpec* as_on_bus(const MessageSpec* message, const Catalogue& catalogue) {
   if (message == nullptr) return nullptr;
   const MessageMatch match = catalogue.find(message->base_id + std::uint32_t{message->node_min});
@@ -76,7 +76,7 @@ std::string value_text(const SignalSpec& signal, const CanFrame& frame) {
 
 }  // namespace
 
-// --- the course of the script ---------------------------------------------------------------------------------------
+// --- execution -------------------------------------------------------------------------------------------------------
 
 ScenarioPlayer::ScenarioPlayer(Scenario scenario, std::uint64_t seed, TimePoint started_at, const Catalogue& catalogue)
     : scenario_(std::move(scenario)),
@@ -151,7 +151,7 @@ void ScenarioPlayer::take(const ScenarioStep& step, TimePoint at, TimePoint now,
       end(ScriptVerdict::failed, step);
       break;
     case ScenarioVerb::repeat:
-    case ScenarioVerb::end: break;  // laid out by the plan
+    case ScenarioVerb::end: break;  // expanded by the plan
   }
 }
 
@@ -219,7 +219,7 @@ bool ScenarioPlayer::is_over() const {
   return verdict_ != ScriptVerdict::open || (cursors_.empty() && !wait_ && !has_bounded && !is_ramping);
 }
 
-// --- the verdict ----------------------------------------------------------------------------------------------------
+// --- result ----------------------------------------------------------------------------------------------------------
 
 void ScenarioPlayer::decide(const Watch& watch, bool has_held, TimePoint now) {
   outcomes_.push_back({watch.step, has_held, watch.began_at, now});
@@ -257,7 +257,7 @@ std::size_t ScenarioPlayer::untried_conditions() const {
 
 ScriptVerdict ScenarioPlayer::conclude(TimePoint now) {
   const ScenarioStep* const failed = outcomes_.empty() || outcomes_.back().has_held ? nullptr : outcomes_.back().step;
-  // What was to hold to the end has, up to here; what was to hold for a while has not been watched for as long.
+  // A condition until the end of the run was met up to here; one with a time was not monitored for as long.
   for (const Watch& watch : std::exchange(lasting_, {})) {
     const bool has_held = (!watch.ends_at || verdict_ == ScriptVerdict::passed) && watch.step != failed;
     if (has_held) outcomes_.push_back({watch.step, true, watch.began_at, now});
@@ -273,7 +273,7 @@ ScriptVerdict ScenarioPlayer::conclude(TimePoint now) {
   return verdict_;
 }
 
-// --- what is there --------------------------------------------------------------------------------------------------
+// --- present state ---------------------------------------------------------------------------------------------------
 
 bool ScenarioPlayer::is_so(const ScenarioCondition& condition, const World& world) const {
   return holds(condition.comparison, condition.state->get(world, master_, condition.place), condition.wanted);

@@ -1,17 +1,18 @@
-// Lets a scenario happen: its events to the world, its conditions against the world and the frames on the bus.
+// Executes a scenario: applies its events to the world, checks its conditions on the world and on the frames on the
+// bus.
 //
 //   ScenarioPlayer player(scenario, seed, start, internal_bus::catalogue);
-//   player.take_due(now, world);       before each step of the world: events and conditions whose time has come
-//   player.look(now, world);           after it: what is waited for, what must always or never be
-//   player.see(frame, now);            every frame on the bus, whoever sent it
+//   player.take_due(now, world);       before each step of the world: events and conditions that are due
+//   player.look(now, world);           after it: the present wait, and what must always or never be met
+//   player.see(frame, now);            every frame on the bus, of any sender
 //   player.conclude(now);              at the end of the run, if the script has not ended it itself
 //
-// The first condition that does not hold ends the script: nothing more of it happens, and failure() says why. A wait
-// that is met at once costs no time: what follows it happens in the same step. A frame counts if its length and, where
-// it has one, its checksum are right.
+// The first condition that is not met ends the script: no further line is executed, and failure() gives the reason. A
+// wait that is met at once takes no time: the lines after it are executed in the same step. A frame counts if its
+// length and, if it has one, its checksum are right.
 //
-// No allocation after the construction but for the text of a failure. Cost: a few compares a step and condition; the
-// states that look at every cell (pack cell_voltage_min_mV, ...) cost about 1 us for 756 cells.
+// No allocation after the construction except for the text of a failure. Cost: a few comparisons per step and
+// condition; the states that read every cell (pack cell_voltage_min_mV, ...) take about 1 us for 756 cells.
 #pragma once
 
 #include <optional>
@@ -26,14 +27,14 @@
 namespace bmu {
 
 enum class ScriptVerdict : std::uint8_t {
-  open,        // it goes on
-  passed,      // `pass`, or the run ended and everything held
-  failed,      // a condition did not hold, or `fail`
-  unfinished,  // the run ended before the script: something was not tried
+  open,        // in progress
+  passed,      // `pass`, or the run ended and all conditions were met
+  failed,      // a condition was not met, or `fail`
+  unfinished,  // the run ended before the script: at least one condition was not tested
 };
 [[nodiscard]] std::string_view to_text(ScriptVerdict verdict);
 
-/// What became of a condition.
+/// Result of a condition.
 struct ScenarioOutcome {
   const ScenarioStep* step = nullptr;
   bool has_held = false;
@@ -41,7 +42,7 @@ struct ScenarioOutcome {
   TimePoint ended_at{};
 };
 
-/// What has just happened: an event, or a condition that was decided.
+/// Progress of the script: an event, or a condition that was decided.
 struct ScenarioNews {
   const ScenarioStep* step = nullptr;
   TimePoint at{};
@@ -49,7 +50,7 @@ struct ScenarioNews {
 
 class ScenarioPlayer {
  public:
-  /// `catalogue` says how this bus's frames are read.
+  /// `catalogue`: rows with which this bus's frames are decoded.
   ScenarioPlayer(Scenario scenario, std::uint64_t seed, TimePoint started_at, const Catalogue& catalogue);
 
   void take_due(TimePoint now, World& world);
@@ -57,7 +58,7 @@ class ScenarioPlayer {
   void see(const CanFrame& frame, TimePoint now);
   ScriptVerdict conclude(TimePoint now);
 
-  /// What the master last said of itself; conditions about it look at this.
+  /// Stores the last report of the master, which its conditions use.
   void note_master(const MasterReport& report) { master_ = report; }
 
   [[nodiscard]] ScriptVerdict verdict() const { return verdict_; }
@@ -65,13 +66,13 @@ class ScenarioPlayer {
   [[nodiscard]] const ScenarioLine* deciding_line() const { return deciding_line_; }
   /// "at 12.345 s: waited 0.3 s for contactor main_positive open; found closed"; empty unless failed or unfinished.
   [[nodiscard]] const std::string& failure() const { return failure_; }
-  /// Everything has happened that will, ramps to their end, but for what must hold to the end of the run.
+  /// Whether all lines and ramps are complete, except conditions that apply until the end of the run.
   [[nodiscard]] bool is_over() const;
   [[nodiscard]] const Scenario& scenario() const { return scenario_; }
   [[nodiscard]] const ScenarioLine& line_of(const ScenarioStep& step) const { return scenario_.lines[step.line_index]; }
   [[nodiscard]] const ScenarioPlan& plan() const { return plan_; }
   [[nodiscard]] TimePoint started_at() const { return started_at_; }
-  /// In the order in which they were decided. Those that hold to the end of the run come with conclude().
+  /// In the order in which they were decided. Those that apply until the end of the run are added by conclude().
   [[nodiscard]] std::span<const ScenarioOutcome> outcomes() const { return outcomes_; }
   /// Since forget_news().
   [[nodiscard]] std::span<const ScenarioNews> news() const { return news_; }
@@ -84,12 +85,12 @@ class ScenarioPlayer {
     std::size_t end = 0;
     TimePoint begins{};
   };
-  /// A condition that is being watched.
+  /// A condition that is being monitored.
   struct Watch {
     const ScenarioStep* step = nullptr;
     TimePoint began_at{};
     std::optional<TimePoint> ends_at{};
-    std::optional<CanFrame> last_frame{};  // the last that could have been it
+    std::optional<CanFrame> last_frame{};  // the last frame of this message with another value
     TimePoint last_frame_at{};
   };
 
@@ -115,7 +116,7 @@ class ScenarioPlayer {
   ScenarioPlan plan_;
   TimePoint started_at_;
   TimePoint looked_at_;
-  TimePoint ramps_end_at_;  // of all that have begun
+  TimePoint ramps_end_at_;  // of all that have started
   MasterReport master_;
   std::vector<Cursor> cursors_;
   std::optional<Watch> wait_;

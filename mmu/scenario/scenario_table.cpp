@@ -1,4 +1,4 @@
-// What a script can say: every target and property, one row each.
+// Targets and properties of a script, one row each.
 #include <algorithm>
 
 #include "devices/charger.hpp"
@@ -27,7 +27,7 @@ constexpr std::string_view sense_words[] = {"pack", "terminals"};
 constexpr std::string_view signal_wire_words[] = {"closed", "open", "shorted"};
 constexpr std::string_view omitted_words[] = {"nothing", "status", "cells", "temperatures", "module", "ident"};
 constexpr std::string_view obeys_words[] = {"master", "nobody"};
-/// Behind the first in the order of ChargerTrouble.
+/// After the first one, in the order of ChargerTrouble.
 constexpr std::string_view charger_trouble_words[] = {"none",    "hardware",   "too_hot",         "mains",
                                                       "battery", "no_command", "command_refused", "output_overvoltage",
                                                       "unnamed", "no_battery", "no_mains"};

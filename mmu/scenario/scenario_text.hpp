@@ -1,4 +1,4 @@
-// Words shared by the scenario parser's messages, the player's and the generated documentation. Internal to these.
+// Text functions shared by the scenario parser, the player and the generated documentation. Internal to these.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,13 @@ namespace bmu::scenario_text {
   return text;
 }
 
-/// Whether a word of a script is this name; where the name has blanks, the script has underscores.
+/// Whether a word of a script is this name; blanks of the name are underscores in the script.
 [[nodiscard]] inline bool is_same_word(std::string_view word, std::string_view name) {
   return std::equal(word.begin(), word.end(), name.begin(), name.end(),
                     [](char one, char other) { return one == (other == ' ' ? '_' : other); });
 }
 
-/// Names as a script has to say them, with commas between.
+/// Names as they are written in a script, separated by commas.
 [[nodiscard]] inline std::string said(std::span<const std::string_view> names) {
   std::string text = listed(names);
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -32,7 +32,7 @@ namespace bmu::scenario_text {
   return text;
 }
 
-/// In a list of words separated by spaces, whole: "current" is not in "current_2".
+/// Whether a list of words separated by spaces has this whole word: "current" is not in "current_2".
 [[nodiscard]] inline bool has_word(std::string_view list, std::string_view word) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(' '), list.size());

@@ -1,4 +1,4 @@
-// The words of a script's line, and how a problem with one is told. Internal to the parser's files.
+// Words of a script's line, and problems with a word. Internal to the parser's files.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct Word {
   std::uint32_t column = 1;
 };
 
-/// The words of one line, without its comment; past the end comes an empty word at the end of the line. What stands in
+/// The words of one line, without its comment; after the last one follows an empty word at the end of the line. Text in
 /// quotes is one word, quotes included.
 class Words {
  public:
@@ -44,7 +44,7 @@ class Words {
     if (!at_end()) ++next_;
     return word;
   }
-  /// From the word at `first` up to the next one, with one blank between two.
+  /// Text from the word `first` up to the next one, with one blank between two.
   [[nodiscard]] std::string since(const Word& first) const {
     std::string text;
     for (std::size_t index = 0; index < next_; ++index) {
@@ -114,13 +114,13 @@ struct NumberRange {
 /// A length of time in seconds, more than 0.
 [[nodiscard]] Problem parse_seconds(Words& words, Duration& length);
 
-/// Where the target stands: its node, cell, sensor or word.
+/// Reads the address of a target: its node, cell, sensor or word.
 [[nodiscard]] Problem parse_address(const TargetSpec& target, Words& words, ScenarioPlace& place);
 
-/// Target to value of an event; the line may not end before, and what follows is the caller's.
+/// Reads an event from target to value; a line that ends before is a problem, the text after it is left to the caller.
 [[nodiscard]] Problem parse_event_words(Words& words, const MasterVocabulary& master, ScenarioEvent& event);
 
-/// Target or frame to comparison of a condition, the same.
+/// Reads a condition from target or frame to comparison; likewise.
 [[nodiscard]] Problem parse_condition_words(Words& words, const MasterVocabulary& master, ScenarioCondition& condition);
 
 [[nodiscard]] inline Problem expect_end(const Words& words) {

@@ -7,7 +7,7 @@ namespace bmu {
 
 namespace {
 
-/// Insertion, because it is stable (two responses of one module stay in order) and needs no memory.
+/// Insertion sort: stable (two responses of one module stay in order), and needs no memory.
 void sort_by_identifier(std::span<SentFrame> frames) {
   const auto before = [](const SentFrame& one, const SentFrame& other) { return one.frame.id < other.frame.id; };
   for (auto next = frames.begin(); next != frames.end(); ++next) {
@@ -17,7 +17,7 @@ void sort_by_identifier(std::span<SentFrame> frames) {
 
 constexpr std::uint32_t stranger_serial_base = 900'000;
 
-/// What a module that is not of the pack has on its own cells.
+/// Front-end transfer of a module that is not of the pack, with its own cells.
 FrontEndTransfer stranger_transfer() {
   constexpr double warm_C = 25.0;
   FrontEndInputs inputs;
@@ -28,7 +28,7 @@ FrontEndTransfer stranger_transfer() {
   return convert(inputs, TransferWanted::everything);
 }
 
-/// The results a script can change, by identifier: those of the first sensor lie side by side.
+/// The results that a script can change, by identifier: those of the first sensor are consecutive.
 std::optional<ScriptedResult> scripted_result(std::uint32_t id) {
   if (id == internal_bus::sensor_current.base_id) return ScriptedResult::current;
   if (id == internal_bus::sensor_u1.base_id) return ScriptedResult::pack_voltage;
@@ -99,7 +99,8 @@ void Simulator::observe_elsewhere(Port bus, const CanFrame& frame, TimePoint now
   hear(bus, frame, now);
 }
 
-/// What may be on whatever bus. A charger that is not driven takes the vehicle's limit wherever that is told.
+/// Passes a frame to devices that may be on any bus. A charger that is not controlled over a bus takes the vehicle's
+/// limit from any bus that carries it.
 void Simulator::hear(Port bus, const CanFrame& frame, TimePoint now) {
   world_.charger.observe(frame, now);
   if (is_on(bus, Port::charger)) world_.can_chargers.observe(frame, now);
@@ -179,7 +180,7 @@ void Simulator::tick_can_modules() {
   }
 }
 
-/// What the module wants of its switches, what they do, and what it sees of that.
+/// Applies the switches that the module commands: the actual switches, and the state that the module reads back.
 void Simulator::set_switches(std::size_t module, CellMask wanted) {
   const CellMask switches = world_.switches_on(module, wanted);
   world_.plant.set_balancing(module, world_.bled_cells(module, switches));
@@ -202,8 +203,8 @@ void Simulator::tick_strangers() {
   }
 }
 
-/// All that wakes, and keeps awake who waits for a master, is that something is on the bus; otherwise a module listens
-/// to its master alone.
+/// Any frame on the bus wakes modules, and keeps those awake that wait for a master; otherwise a module receives only
+/// frames of its master.
 void Simulator::wake_sleepers(const CanFrame& frame) {
   for (std::size_t module = 0; module < mmus_.size(); ++module) {
     Mmu& mmu = mmus_[module];
@@ -224,7 +225,7 @@ void Simulator::tick_pdu() {
   }
 }
 
-/// Its results are as it is configured now.
+/// Its results follow its present configuration.
 void Simulator::tick_sensor_unit(SensorUnit& unit, CurrentSensor& sensor) {
   if (!unit.is_there()) return;
   if (const std::optional<CanFrame> answer = unit.tick(now_)) send(*answer);
@@ -278,7 +279,7 @@ void Simulator::tick_foreign_sensors() {
   if (const auto report = world_.can_insulation.tick(now_, world_.insulation.resistance_kOhm)) send(*report);
 }
 
-/// Unplugged they may have mains all the same, and talk.
+/// Unplugged chargers may still have mains, and send.
 void Simulator::tick_chargers() {
   const Plant& plant = world_.plant;
   const bool is_with_modules = is_on(Port::internal, Port::charger);
@@ -292,7 +293,7 @@ void Simulator::tick_chargers() {
   }
 }
 
-/// Its identifiers are those of the modules' answers: it is on no bus of theirs.
+/// Its identifiers are those of the modules' answers: it is on none of their buses.
 void Simulator::tick_inverter() {
   for (const CanFrame& frame : world_.inverter.words(now_, world_.plant.link_V())) {
     sent_by_inverter_.push_back({now_, frame});
@@ -300,7 +301,7 @@ void Simulator::tick_inverter() {
   }
 }
 
-/// On a bus of its own its identifiers may be those of the master's messages: then a condition means the master's.
+/// On a bus of its own its identifiers may be those of the master's messages: a condition then refers to the master's.
 void Simulator::tick_second_pack() {
   const std::optional<CanFrame> frame = world_.second_pack.tick(now_, world_.second_pack_rest_mV());
   if (!frame) return;
@@ -308,7 +309,7 @@ void Simulator::tick_second_pack() {
   if (sees_second_pack_) player_.see(*frame, now_);
 }
 
-/// One question a step, as the identifier is the same.
+/// One question per step, because the identifier is the same.
 void Simulator::tick_requester() {
   const std::optional<CanFrame> frame = world_.requester.take();
   if (!frame) return;
@@ -317,7 +318,7 @@ void Simulator::tick_requester() {
   player_.see(*frame, now_);
 }
 
-/// A stuck result keeps its value to the last bit; flags and counter go on.
+/// A stuck result keeps its value to the last bit; flags and counter continue.
 void Simulator::send_result(const CanFrame& frame, ScriptedResult result) {
   constexpr std::size_t value_at = 2;
   constexpr std::size_t value_bytes = 4;

@@ -13,13 +13,13 @@ std::int32_t rounded(double value) {
 }
 
 constexpr double kelvin_to_tenths = 10.0;
-// The monitor's response value, as the rules for competition vehicles have it.
+// The monitor's response value, as in the rules for competition vehicles.
 constexpr double insulation_kOhm_per_V = 0.5;
-// An input without its wire floats; what the converter draws pulls it down to the wire below.
+// An open input floats; the current of the converter pulls it down to the wire below.
 constexpr double open_wire_time_constant_s = 1.0;
 constexpr double front_end_max_mV = 5000.0;
 
-/// A stuck one keeps what it showed when that began; a broken wire shows all the same.
+/// A stuck one keeps its resistance from that time; a broken wire is still visible.
 double read_Ohm(ThermistorSense& sense, double measured_Ohm) {
   if (sense.state == Validity::open_circuit) return std::numeric_limits<double>::infinity();
   if (sense.state == Validity::short_circuit) return 0.0;
@@ -28,7 +28,7 @@ double read_Ohm(ThermistorSense& sense, double measured_Ohm) {
   return *sense.held_Ohm;
 }
 
-/// As a module tells it that reads its thermistors itself.
+/// Value as a module sends it that reads its thermistors itself.
 SignalValue read_dC(ThermistorCurve curve, double resistance_Ohm) {
   if (std::isinf(resistance_Ohm)) return not_known(Validity::open_circuit);
   if (resistance_Ohm <= 0.0) return not_known(Validity::short_circuit);
@@ -39,7 +39,7 @@ double full_pack_V(const Plant& plant) {
   return plant.config().cell.voltage_max_V * static_cast<double>(plant.cell_count());
 }
 
-/// As delivered and set up for the pack: what it sends it sends by itself.
+/// As delivered and configured for the pack: the results that it sends are sent cyclically.
 SensorUnit::Settings settings_of(const CurrentSensorConfig& config) {
   SensorUnit::Settings settings{};
   for (std::size_t index = 0; index < sensor_channel_count; ++index) {
@@ -111,7 +111,7 @@ void World::step_charger() {
   plant.set_charger_runaway(is_charger_runaway);
 }
 
-// --- what the devices see -------------------------------------------------------------------------------------------
+// --- inputs of the devices -------------------------------------------------------------------------------------------
 
 double World::sensed_mV(std::size_t cell) const {
   return cell_senses[cell].voltage_mV.value_or(plant.cell(cell).voltage_V * 1e3);
@@ -120,7 +120,7 @@ double World::sensed_mV(std::size_t cell) const {
 CellMask World::bled_cells(std::size_t module, CellMask switches) const {
   if (switches == 0) return 0;
   CellMask bled = 0;
-  CellMask between_wires = 0;  // cells since the last whole wire
+  CellMask between_wires = 0;  // cells since the last intact wire
   for (std::size_t cell = 0; cell < modules[module].cell_count; ++cell) {
     between_wires = static_cast<CellMask>(between_wires | cell_bit(cell));
     if (cell_senses[plant.first_cell(module) + cell].wire != SenseWire::closed) continue;
@@ -167,7 +167,7 @@ void World::measure_cells(std::size_t module, FrontEndInputs& chip) {
   chip.module_mV = rounded(module_mV);
 }
 
-/// A wire that is known to be off takes the voltage of the cells on both sides.
+/// With a wire that is detected as open, the cells on both sides have no voltage.
 ModuleMeasurements World::measure_foreign(std::size_t module) {
   const ModuleSense& sense = module_senses[module];
   FrontEndInputs chip;
@@ -187,7 +187,7 @@ ModuleMeasurements World::measure_foreign(std::size_t module) {
   return measured;
 }
 
-/// Of everything that comes over, so many groups in a thousand arrive with so many wrong bits.
+/// Damages a share of the groups of a transfer, each with a number of wrong bits.
 void World::damage_transfer(const ModuleSense& sense, FrontEndTransfer& transfer) {
   constexpr double always_permille = 1000.0;
   const double rate_permille = sense.has_crc_errors ? always_permille : sense.crc_error_permille;
@@ -220,15 +220,15 @@ CellMask World::switches_on(std::size_t module, CellMask wanted) const {
   return on;
 }
 
-/// How far the wire above a cell has come down since it is open and nobody has noticed: this cell reads so much less
-/// and the next so much more, until the front end can read no more.
+/// Voltage by which the wire above a cell has drifted down since it opened undetected: this cell reads this much less
+/// and the next one this much more, up to the range of the front end.
 double World::drift_mV(std::size_t cell) const {
   const CellSense& channel = cell_senses[cell];
   if (channel.wire != SenseWire::open_silent) return 0.0;
   return sensed_mV(cell) * -std::expm1(-to_s(now - channel.opened_at) / open_wire_time_constant_s);
 }
 
-/// What the current of its resistor leaves on the wires.
+/// Voltage that the current of its resistor leaves on the wires.
 double World::bled_drop_mV(std::size_t cell) const {
   return plant.cell(cell).balancing_siemens > 0.0 ? bled_reads_low_mV_ : 0.0;
 }
@@ -242,7 +242,7 @@ std::int32_t World::measure_cell_uV(std::size_t cell, double shifted_mV) {
   return channel.last_uV;
 }
 
-/// Each sensor sits among its share of the module's cells and feels the warmest of them.
+/// Temperature at a sensor, which is among its share of the module's cells and measures the warmest of them.
 double World::felt_by_C(std::size_t module, std::size_t sensor) const {
   const std::size_t sensors = modules[module].temperature_sensor_count;
   const std::size_t cells = modules[module].cell_count;

@@ -1,7 +1,7 @@
-// The world around the devices: the plant, how its quantities get into the devices' inputs, and everything a script can
-// do to either. Devices never look at the plant; they get what `measure_*` makes of it.
+// The environment of the devices: the plant, the conversion of its quantities to the devices' inputs, and everything
+// that a script can do to either. Devices never read the plant; they get the results of `measure_*`.
 //
-// Plain data that the script's rows (world_script.cpp) write to, and the functions that read it.
+// Plain data that the script's rows (world_script.cpp) set, and the functions that read it.
 #pragma once
 
 #include <array>
@@ -33,47 +33,47 @@ namespace bmu {
 
 struct SimulatorConfig {
   std::vector<MmuConfig> modules;  // in the order of their cells in the pack
-  CanModuleConfig foreign;         // with a driver: the modules are another maker's
+  CanModuleConfig foreign;         // with a driver: third-party modules
   PlantConfig plant;               // its cells_of_module as in `modules`
   CurrentSensorConfig sensor;
-  std::uint16_t report_base_id = vehicle_bus::default_base_id;  // where the charger hears the master
-  const ChargerDriver* charger = nullptr;                       // or the language in which it is driven
+  std::uint16_t report_base_id = vehicle_bus::default_base_id;  // where the charger receives the master
+  const ChargerDriver* charger = nullptr;                       // or the protocol in which it is controlled
   std::uint8_t charger_units = 1;
-  ServedBy served_by{};                              // which of the master's buses are one; all are, of a pack by hand
-  const InverterDriver* inverter = nullptr;          // what an inverter understands; null: there is none
-  SecondPackConfig second_pack;                      // how the master of a pack beside this one tells of it, if any
-  const SensorSetUpDriver* sensor_set_up = nullptr;  // how the sensor is configured; null: it cannot be
-  std::uint16_t second_command_id = 0;               // of a second one that can be asked; 0: there is none
+  ServedBy served_by{};                              // which of the master's buses are one; all, unless set
+  const InverterDriver* inverter = nullptr;          // protocol of an inverter; null: none
+  SecondPackConfig second_pack;                      // reports of a second pack's master, if any
+  const SensorSetUpDriver* sensor_set_up = nullptr;  // driver of the sensor's configuration; null: none
+  std::uint16_t second_command_id = 0;               // of a second configurable sensor; 0: none
   std::uint16_t second_response_id = 0;
-  const CurrentSensorDriver* first_current = nullptr;   // who tells the first current instead; null: the sensor
-  const CurrentSensorDriver* second_current = nullptr;  // and the second
+  const CurrentSensorDriver* first_current = nullptr;   // sends the first current instead; null: the sensor
+  const CurrentSensorDriver* second_current = nullptr;  // likewise the second
   bool is_second_reversed = false;
-  const InsulationDriver* insulation = nullptr;  // a monitor on a bus; null: an IR155 at the unit
-  std::uint16_t request_id = 0;                  // where the master is asked for data; 0: nowhere
+  const InsulationDriver* insulation = nullptr;  // a monitor on a bus; null: an IR155 at the PDU
+  std::uint16_t request_id = 0;                  // of requests for data to the master; 0: none
   std::uint64_t seed = 1;
-  std::int32_t cell_noise_uV = 0;  // of every sample, even over plus and minus this
+  std::int32_t cell_noise_uV = 0;  // of every sample, uniform over plus and minus this
   std::int32_t current_noise_mA = 0;
 };
 
 /// The wire at a cell's upper end, which is the lower end of the next.
 enum class SenseWire : std::uint8_t { closed, open, open_silent };
 
-/// A balancing switch: as its module wants it, or as it got stuck.
+/// A balancing switch: as its module commands it, or stuck.
 enum class BalancingSwitch : std::uint8_t { automatic, stays_off, stays_on };
 
 /// A cell's measuring channel, and its balancing switch.
 struct CellSense {
-  std::optional<double> voltage_mV;  // what the script says instead of the plant
+  std::optional<double> voltage_mV;  // set by the script instead of the plant
   double offset_mV = 0.0;
   SenseWire wire = SenseWire::closed;
   TimePoint opened_at{};
   bool is_stuck = false;
-  bool is_out_of_range = false;  // a module of another maker says a number the field must not hold
+  bool is_out_of_range = false;  // a third-party module sends a number that is not allowed in the field
   std::int32_t last_uV = 0;
   BalancingSwitch balancing_switch = BalancingSwitch::automatic;
 };
 
-/// A thermistor: its state (valid: it measures), and whether it stands still at the resistance it had.
+/// A thermistor: its state (valid: it measures), and whether it is stuck at the resistance it had.
 struct ThermistorSense {
   Validity state = Validity::valid;
   bool is_stuck = false;
@@ -83,19 +83,19 @@ struct ThermistorSense {
 struct ModuleSense {
   ModuleWireFaults wire;
   bool has_crc_errors = false;      // every group from the front end is damaged
-  double crc_error_permille = 0.0;  // or so many of them
+  double crc_error_permille = 0.0;  // or this share of them
   unsigned wrong_bits = 1;          // in each damaged one
   double external_supply_mV = 12'000.0;
-  std::optional<ThermistorCurve> thermistor_curve;  // of the parts fitted; without, what the unit takes them for
+  std::optional<ThermistorCurve> thermistor_curve;  // of the fitted parts; none: as the MMU assumes
   bool talks_on_own_supply = false;                 // its CAN side is fed by its cells, too
   bool is_self_test_failed = false;
   bool reports_front_end_faults = true;
   bool is_front_end_supply_low = false;
   bool is_front_end_shut_down = false;  // by its temperature
-  bool is_restart_wanted = false;       // taken by the simulator
+  bool is_restart_wanted = false;       // reset by the simulator
   std::optional<double> board_temperature_dC;
   bool ignores_commands = false;
-  std::uint32_t errors = 0;  // the word of a module that tells errors
+  std::uint32_t errors = 0;  // error bits of a module that reports errors
   std::array<ThermistorSense, cell_sensors_max> thermistors{};
   std::array<ThermistorSense, mmu_board_temperatures> board_thermistors{};
 };
@@ -114,7 +114,7 @@ struct SensorSense {
   std::optional<double> value;
 };
 
-/// What an operator beside the pack tells its master: the property of the script that says it, and its word.
+/// Command of an operator to the master beside the pack: the property of the script, and its word.
 struct MasterOrder {
   Property property{};
   std::uint8_t word = 0;
@@ -123,39 +123,40 @@ struct MasterOrder {
 struct World {
   World(const SimulatorConfig& config, TimePoint started_at);
 
-  /// Does what the event says, now or, for a ramp, from now on. `event` names a module and cell this pack has.
+  /// Applies an event, now or, for a ramp, from now on. Precondition: this pack has the module and cell of `event`.
   void apply(const ScenarioEvent& event, TimePoint now);
-  /// The configuration as far as scripts are held against it.
+  /// The configuration as far as scripts are checked against it.
   [[nodiscard]] SimulatorConfig described() const;
   /// One millisecond, ending at `now`.
   void step(TimePoint now);
 
-  /// What the module's front end sends, damage included.
+  /// Transfer of the module's front end, damage included.
   [[nodiscard]] FrontEndTransfer measure_module(std::size_t module, TransferWanted wanted);
-  /// The CAN side of a module has power: it can send and receive. It is fed by the external supply alone, unless the
-  /// module talks on its own supply.
+  /// Whether the CAN side of a module has power: it can send and receive. It is fed by the external supply alone,
+  /// unless the module communicates on its own supply.
   [[nodiscard]] bool has_bus_power(std::size_t module) const;
-  /// What a module of another maker has measured; which cells it bleeds it knows itself.
+  /// Measurements of a third-party module, without the cells it bleeds, which it determines itself.
   [[nodiscard]] ModuleMeasurements measure_foreign(std::size_t module);
   [[nodiscard]] PduMeasurements measure_pdu() const;
   [[nodiscard]] SensorMeasurements measure_sensor();
   [[nodiscard]] SensorMeasurements measure_second_sensor();
-  /// Of the second pack, whose cells are as this one's, as long as the script names no other.
+  /// Rest voltage of the second pack, with cells like this one's, unless the script sets another.
   [[nodiscard]] double second_pack_rest_mV() const;
 
   [[nodiscard]] std::size_t module_of(ScenarioPlace place) const { return module_of_node[place.node]; }
   [[nodiscard]] std::size_t cell_of(ScenarioPlace place) const {
     return plant.first_cell(module_of(place)) + place.index;
   }
-  /// What the cell's channel sees, before noise, offset and what an open wire does to it.
+  /// Voltage at the cell's channel, before noise, offset and the effect of an open wire.
   [[nodiscard]] double sensed_mV(std::size_t cell) const;
-  /// The cells whose resistors carry current when these switches of a module are on: none through an open wire. Between
-  /// two wires that are whole, all switches must be on; then their resistors are in series and carry what each would.
+  /// Cells with a current through their resistors when these switches of a module are on: none through an open wire.
+  /// Between two intact wires all switches must be on; then their resistors are in series and carry the same current as
+  /// each alone.
   [[nodiscard]] CellMask bled_cells(std::size_t module, CellMask switches) const;
   [[nodiscard]] const SensorSense& sense_of(ScriptedResult result) const {
     return sensor_senses[static_cast<std::size_t>(result)];
   }
-  /// The switches that are really on when the module wants these.
+  /// The switches that are actually on when the module commands these.
   [[nodiscard]] CellMask switches_on(std::size_t module, CellMask wanted) const;
   [[nodiscard]] bool has_switch_fault(std::size_t module) const;
   void cancel_ramps(Property property, ScenarioPlace place);
@@ -165,8 +166,8 @@ struct World {
   std::array<std::uint8_t, internal_bus::node_count_max + 1U> module_of_node{};
   std::vector<CellSense> cell_senses;
   std::vector<ModuleSense> module_senses;
-  std::vector<bool> module_alarms;     // alarm outputs that are open; likewise noted
-  std::vector<UnitMode> module_modes;  // what the units are doing; noted by the simulator after each of their steps
+  std::vector<bool> module_alarms;     // alarm outputs that are open; set likewise
+  std::vector<UnitMode> module_modes;  // set by the simulator after each step of the modules
   std::array<SensorSense, scripted_results> sensor_senses{};
   bool has_second_sensor;
   SensorUnit sensor_unit;
@@ -178,7 +179,7 @@ struct World {
   std::array<bool, internal_bus::node_count_max + 1U> has_stranger{};  // by node
   bool is_pdu_silent = false;
   bool has_pdu_damaged_frames = false;
-  bool has_alarm_loop = false;  // the modules' alarm outputs are in the enable loop of the unit
+  bool has_alarm_loop = false;  // the modules' alarm outputs are in the enable loop of the PDU
 
   PduInputs inputs;  // insulation_monitor_ok follows from the monitor below
   InsulationUnit insulation;
@@ -186,19 +187,19 @@ struct World {
   std::optional<double> throttle_permille;
   std::optional<double> intake_air_dC;  // none: the PDU has no such sensor
 
-  double charger_A = 0.0;  // what it is set to
+  double charger_A = 0.0;  // its set value
   ChargerControl charger;
   CanChargers can_chargers;
   CanInverter inverter;
   CanSecondPack second_pack;
-  bool obeys_master = true;  // the charger
+  bool obeys_master = true;  // of the charger
   bool is_charger_runaway = false;
   bool is_charger_unstoppable = false;
   double load_A = 0.0;
   LoadProfile profile = LoadProfile::none;
   TimePoint profile_began_at{};
   TimePoint now{};
-  std::vector<MasterOrder> orders;  // taken by whoever runs a master beside this
+  std::vector<MasterOrder> orders;  // executed by the program that runs a master beside this
 
  private:
   struct Ramp {
@@ -226,7 +227,7 @@ struct World {
   double charger_delivered_A_ = 0.0;
   std::vector<Ramp> ramps_;
   RandomSource random_;
-  RandomSource damage_random_;  // its own, so that damage changes no noise
+  RandomSource damage_random_;  // separate, so that damage changes no noise
   double bled_reads_low_mV_;
   std::int32_t cell_noise_uV_;
   std::int32_t current_noise_mA_;

@@ -1,4 +1,4 @@
-// What every property of the script language does to the world: a row each, in the order of the enumerators.
+// Effect of every property of the script language on the world: one row each, in the order of the enumerators.
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kelvin_to_tenths = 10.0;
 
-/// How a property takes a value. `set` gets the number, the word's index, or nothing of meaning (0); `release` is
-/// `auto`; `get` is where a ramp without a beginning starts.
+/// Application of a value to a property. `set` gets the number, the word's index, or a meaningless 0; `release` is
+/// `auto`; `get` gives the start of a ramp without one.
 struct Handler {
   Property property;
   void (*set)(World&, ScenarioPlace, double);
@@ -69,7 +69,7 @@ void set_sensor_value(World& world, ScenarioPlace place, double value) {
 void release_sensor_value(World& world, ScenarioPlace place) {
   world.sensor_senses[place.index].value.reset();
 }
-/// Somebody's tool: changed and stored.
+/// Changes and stores a setting, as another tool would.
 template <class Change>
 void give(World& world, std::size_t channel, Change change) {
   SensorSetting setting = world.sensor_unit.setting(channel);
