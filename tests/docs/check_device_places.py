@@ -9,7 +9,7 @@ import sys
 
 SHIPPED = ("config", "daemon", "devices", "mmu", "packaging", "protocol", "systemd", "tools")
 PAGE = "docs/adding-a-device.md"
-SECTION = "### What else a driver touches"
+SECTION = "### Files outside the device folder"
 ROW = re.compile(r"^\| `((?:%s)/[^`]+)` \| ([^|]+) \|" % "|".join(SHIPPED), re.MULTILINE)
 
 
