@@ -54,7 +54,7 @@ enum class ChargerTrouble : std::uint8_t {
   no_command,          // the charger receives no command
   command_refused,     // a commanded value is out of its range
   output_overvoltage,  // above the permitted output
-  unnamed,             // it reports an error without its cause, or before it
+  unnamed,             // an error that is reported without its cause, or before the cause is reported
   no_battery,          // not connected or not started, or its voltage low
   no_mains,            // mains voltage low
 };

@@ -39,7 +39,8 @@ inline constexpr std::size_t foreign_temperatures_max = 5;
 struct ModuleOptions {
   std::int32_t temperature_offset_dC = -500;  // of raw 0 (Outlander)
   bool swaps_cell_frames = false;             // cells 5 to 8 come first (Outlander)
-  bool idle_as_others = false;  // idle commands with 00h in b4 as from other masters, not 20h as from the car (i3)
+  /// Idle commands as from other masters (b4 = 00h, target 4.2 V), not as from the car (20h, 4.295 V) (i3).
+  bool idle_as_others = false;
 };
 
 struct ModuleQuestion {

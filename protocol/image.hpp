@@ -171,7 +171,7 @@ enum class ImageProblem : std::uint8_t {
   no_size,     // more items than the capacity
   no_variant,  // no alternative of the variant
   no_number,   // beyond the bound of its type
-  no_state,    // members that their object cannot have (are_fields_possible)
+  no_state,    // member values that their type rejects (are_fields_possible)
 };
 [[nodiscard]] std::string_view to_text(ImageProblem problem);
 

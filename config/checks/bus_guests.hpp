@@ -1,10 +1,10 @@
-// Periodic messages on a bus besides those of the modules and their bus: the messages to the vehicle, chargers and
-// their commands, the inverter and its reports, sensors and insulation monitors with frames of their own, the second
-// pack.
+// Periodic messages on a bus besides the rows of the internal bus: the messages to the vehicle, chargers and their
+// commands, the inverter and the battery's reports to it, sensors and insulation monitors with frames of their own, the
+// second pack.
 //
-// Lengths are the longest of the rows (protocol/can_bits.hpp). Periods are those of the rows; for messages to a charger
-// or an inverter those of its driver and of the pack file. Messages on request or on change come in addition. Pure;
-// some dozen rows.
+// Lengths are those of the rows with the most stuff bits possible (protocol/can_bits.hpp). Periods are those of the
+// rows; for messages to a charger or an inverter those of its driver and of the pack file. Messages on request or on
+// change come in addition. Pure; some dozen rows.
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 // Checks that every protocol of a pack file has its identifiers to itself.
 //
 // No other protocol may use those of the internal bus, on any bus: two buses may be joined on one adapter, and a wrong
-// plug must not command contactors. Those of an inverter are the same nevertheless and cannot be moved: they only must
-// not be on the internal bus. Other protocols must not share identifiers on one bus.
+// plug must not command contactors. Those of an inverter coincide with them nevertheless and cannot be moved: they only
+// must not be on the internal bus. Other protocols must not share identifiers on one bus.
 #pragma once
 
 #include "config/json/json_reader.hpp"

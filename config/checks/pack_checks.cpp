@@ -26,8 +26,8 @@
 namespace bmu {
 namespace {
 
-/// Minimum of the margin in an age: a signal may be lost once, so two intervals and the time of an answer, at least
-/// this.
+/// Minimum margin of an age. A signal may be lost once: an age covers two intervals and the time of an answer, but at
+/// least this margin.
 constexpr Duration answer_margin_min = 50ms;
 
 struct Check {
@@ -94,8 +94,8 @@ void check_limit_order(const Check& check, const LimitRow& row) {
                          digits_of(limit.open / row.scale) + ", so that the warning comes first");
 }
 
-/// Checks that a fault does not clear only beyond its own warning: otherwise warning and fault would clear in the wrong
-/// order.
+/// Checks that the hysteresis of a fault ends before its warning threshold: otherwise warning and fault would clear in
+/// the wrong order.
 void check_hysteresis(const Check& check, const LimitRow& row) {
   const Place place = check.limit_quantity(row, "hysteresis");
   if (!check.are_good({place, check.limit_quantity(row, "warn"), check.limit_quantity(row, "open")})) return;
@@ -174,7 +174,7 @@ constexpr std::array window_rows{WindowRow{"cell_undervoltage", "cell_overvoltag
                                  WindowRow{"charge_undertemperature", "charge_overtemperature"},
                                  WindowRow{"board_undertemperature", "board_overtemperature"}};
 
-/// Checks that values remain between the warnings and both hystereses that are ok. Reported for the lower limit, or for
+/// Checks that ok values remain between the two warnings after both hystereses. Reported for the lower limit, or for
 /// the upper one if the file leaves the lower to its default.
 void check_window(const Check& check, const WindowRow& window) {
   const LimitRow& lower_row = limit_row(window.lower);
@@ -629,7 +629,7 @@ void check_bleed_current(const Check& check) {
                          digits_of(full_uV / 1'000) + ", is bled with no more than " + digits_of(bleed_max_mA) + " mA");
 }
 
-/// A pause is armed only below it.
+/// Checks that the SOC can fall far enough below the pause, which arms it.
 void check_resistance_pause(const Check& check) {
   const Place place = check.root.at("soc").at("resistance_pause_permille");
   const std::int32_t at_permille = check.core().soc.resistance_pause_permille;

@@ -111,7 +111,8 @@ void complete_charger(CoreConfig& config) {
   const bool has_curve = config.cell.ocv.size() >= 2;  // a cell without it is rejected
   const double full_uV = has_curve ? ocv_uV(config.cell, 1'000.0) : limited_uV;
   if (charger.cell_full_uV == 0) charger.cell_full_uV = std::min(limited_uV, static_cast<std::int32_t>(full_uV));
-  // The highest cell controls; this is for a charger that does not follow its current. It leaves a margin for wires.
+  // The highest cell controls the charge; this voltage is for a charger that does not follow its commanded current. It
+  // leaves a margin for wires.
   constexpr std::int32_t above_permille = 5;
   const std::int32_t above_uV = charger.cell_full_uV / 1'000 * above_permille;
   const std::int64_t cell_uV = std::min(charger.cell_full_uV + above_uV, high.warn);

@@ -9,7 +9,8 @@ namespace bmu {
 /// The result is valid only if nothing was added to the problems.
 void read_parts(const JsonValue& root, const Place& root_place, CoreConfig& core, ProblemList& problems);
 
-/// Checks the currents of the user against each other and against those of the pack, the ramps, and the full voltage.
+/// Checks the currents of the user against each other and against those of the pack, the limp-home current, the ramps,
+/// and the full voltage.
 void check_bounds(const CoreConfig& core, const Place& root_place, ProblemList& problems);
 
 /// Sets a missing peak current to the continuous current.

@@ -10,8 +10,8 @@ namespace bmu {
 
 inline constexpr const char* wanted_file = "a readable file of at most 1 MiB";
 
-/// The file's bytes, or a text of what was found instead. Only regular files: a pipe or a device could block or never
-/// end.
+/// The file's bytes, or a text of what was found instead. Only regular files: a pipe or a device could block
+/// permanently or never end.
 [[nodiscard]] Result<std::string, std::string> read_file(const std::filesystem::path& file);
 
 }  // namespace bmu

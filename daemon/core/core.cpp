@@ -20,7 +20,7 @@ constexpr std::uint8_t controller_active = 0x40;
 /// Maximum of any configuration: a longer lockout in a state file is not from this daemon, and is clamped.
 constexpr Duration lockout_max = 600s;
 
-/// Senders on the internal bus: modules of another manufacturer leave no room for bmud modules.
+/// Catalogue of the internal bus: modules of another manufacturer exclude bmud modules.
 const Catalogue& internal_catalogue(const CoreConfig& config) {
   using namespace internal_bus;
   const bool is_little = config.sensor.little_endian;
@@ -152,7 +152,7 @@ Urgency Core::take(TimePoint at, const FrameReceived& what) {
   }
   if (what.port != Port::internal) {
     if (what.port == Port::vehicle && is_misplaced(config_, what.frame)) watchers_.bus.note_misplaced_frame(at);
-    return Urgency::can_wait;  // no frame on the other buses affects a decision immediately
+    return Urgency::can_wait;  // no other frame of these buses requires an immediate decision
   }
   if (is_foreign_sensor_command(what.frame)) return take_foreign_sensor_command(what.frame, at);
   if (take_sensor_answer(what.frame, at)) return Urgency::can_wait;
@@ -645,7 +645,8 @@ void Core::update_bus_state(TimePoint at) {
   start_over(at);
 }
 
-/// As after a start: all values are invalid, and a module or sensor counts as lost only after start_grace.
+/// As after a start: all values are invalid, and a module or sensor that was not yet received is not lost before
+/// start_grace is over.
 void Core::start_over(TimePoint at) {
   view_began_at_ = at;
   seen_complete_ = false;

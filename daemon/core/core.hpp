@@ -85,13 +85,13 @@ inline constexpr Duration loop_gap_max = 130ms;
 inline constexpr Duration start_grace = 2s;
 /// Delay of a tick above which it is reported as a warning; loop_gap_max is the limit for opening.
 inline constexpr Duration tick_late = 50ms;
-/// Delay of a single poll for a pending value after the module's last sample: an earlier one would return the same
-/// sample.
+/// Delay of a single poll for a pending or implausible value after the last poll of the module: an earlier one would
+/// return the same sample.
 inline constexpr Duration ask_again_after = 15ms;
 /// Interval of the identity polls of an unknown module, until it has answered.
 inline constexpr Duration ask_stranger_every = 1s;
-/// Minimum interval of commands to chargers: reductions are sent immediately, and a command that was not sent is
-/// repeated.
+/// Minimum interval between commands to chargers, for those sent before their period is over: a reduction, or the
+/// repetition of a command that was not sent. A stop does not wait.
 inline constexpr Duration charger_at_once = 50ms;
 /// Minimum deviation of the wall clock from its expected time that counts as a jump.
 inline constexpr Duration clock_jump_min = 2s;

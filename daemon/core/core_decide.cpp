@@ -223,7 +223,7 @@ void Core::refuse_vain_request(TimePoint now) {
 }
 
 /// With the values that caused it: of the first fault that inhibits closing, or DC link and pack voltage. Those of a
-/// latched fault are from its confirmation.
+/// fault are from its confirmation.
 RefusalRecord Core::refusal_record(TimePoint now, Blocker blocker) const {
   RefusalRecord record{.has_happened = true, .at = now, .blocker = blocker};
   if (blocker == Blocker::link_follows) {
@@ -322,8 +322,8 @@ void Core::step_auxiliary(TimePoint now) {
 void Core::set_limits(TimePoint now) {
   forecaster_.update({.now = now, .estimate = &estimate_, .pack = &pack_, .sensors = &sensors_}, config_);
   const PackSoc& charge = estimate_.pack();
-  // The nominal SOC: the tables protect against ageing. The voltages protect the cells, and their prediction includes
-  // the uncertainty.
+  // The estimated SOC without its uncertainty: the tables limit ageing. The voltages protect the cells, and their
+  // prediction includes the uncertainty.
   const auto soc_of = [this, &charge](std::size_t cell) {
     if (!charge.is_known) return std::optional<std::int32_t>{};
     return std::optional(static_cast<std::int32_t>(std::lround(estimate_.cell_soc(cell).soc * 1e3)));

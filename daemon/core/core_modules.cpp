@@ -226,7 +226,7 @@ void Core::send_waiting_orders(TimePoint now, Decisions& out) {
 }
 
 void Core::send_broadcasts(TimePoint now, Decisions& out) {
-  // Modules of another manufacturer have no such commands; without polls they send nothing.
+  // Modules of another manufacturer have no such commands; without polls they send nothing and bleed nothing.
   const bool has_bus = flags_.internal_bus_up && claim_.may_command();
   if (command_link_.is_stuck(now) || !has_bus || !are_modules_ours(config_)) return;
   const ModuleBroadcasts::Step step = broadcasts_.step(now);

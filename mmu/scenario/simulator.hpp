@@ -10,7 +10,7 @@
 // The same configuration (its seed draws the script's random numbers too), script and calls give the same frames, bit
 // for bit. mmusim drives this with the real clock, the scenario tests with their own. Devices tick at every whole
 // millisecond since the start, so an answer is sent at most 1 ms after its POLL if advance() is called that often.
-// Frames of one device wake modules that sleep. Frames of the same millisecond are in the order of their identifiers,
+// A frame of any device wakes modules that sleep. Frames of the same millisecond are in the order of their identifiers,
 // as by arbitration; there is no bit time, and no limit to the load of the bus.
 #pragma once
 

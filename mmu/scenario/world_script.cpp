@@ -114,7 +114,7 @@ std::uint8_t small_number(double value) {
   return static_cast<std::uint8_t>(std::lround(value));
 }
 
-/// The first word is none.
+/// Bit of the charger trouble with this keyword index; the first keyword is `none`.
 std::uint16_t trouble_bits(double word) {
   const std::uint8_t number = small_number(word);
   return number == 0 ? std::uint16_t{0} : bit_of(static_cast<ChargerTrouble>(number - 1));

@@ -46,8 +46,8 @@ class BalancingBench {
   std::vector<double> bled_uAs;        // of each cell, true value
   std::vector<double> bled_J;
   std::vector<double> error_uV;  // of the voltage that a module reports: measurement error, and any that a test sets
-  std::vector<double> hysteresis_V;             // of each cell, maximum; and its present position in it, from -1 to 1
-  std::vector<double> hysteresis;               // of each cell
+  std::vector<double> hysteresis_V;             // of each cell, maximum
+  std::vector<double> hysteresis;               // of each cell, present share of that maximum, from -1 to 1
   std::vector<double> lost_permille_per_month;  // self-discharge
   std::vector<std::uint32_t> serial_numbers;    // of the modules
   std::int64_t unix_time_ms = 1'700'000'000'000;

@@ -1,4 +1,4 @@
-// Buses of a daemon with one bus for modules, vehicle and all other roles.
+// Buses of a daemon with one bus for modules and vehicle, and no other bus.
 #pragma once
 
 #include <memory>

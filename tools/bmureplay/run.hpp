@@ -1,7 +1,8 @@
 // Runs the parts of a recording, several in parallel, and compares the state at the end of each with the start of the
 // next.
 //
-// With another configuration the parts are run one after another, by one core that continues (replay.hpp).
+// With another configuration the parts are run one after another, by one core that continues
+// (daemon/recording/what_if.hpp).
 #pragma once
 
 #include <cstdint>

@@ -122,7 +122,7 @@ class RecordingReport {
   std::optional<RecordProblem> altered_;  // the lines before the tick taken last are modified
   std::uint64_t tick_line_ = 0;           // of the latest tick, as the replay counts
   std::uint64_t altered_line_ = 0;        // of the latest one that was decided from modified lines
-  std::size_t events_before_last_ = 0;    // those of the latest tick may be based on modified lines
+  std::size_t events_before_last_ = 0;    // count without those of the latest tick: their own lines may be modified
   std::vector<OpenHole> holes_;           // sorted by their files
   bool is_over_ = false;                  // the following ticks are after the shown span
   std::int64_t sample_us_ = 0;            // start of the incomplete sample

@@ -16,7 +16,7 @@ class CloseRequest {
   bool follow(const PduState& pdu, bool contactors_open, TimePoint now);
   /// The inputs are unknown: the next state gives their levels, and no edge.
   void lose_sight() { lines_known_ = false; }
-  /// Ends the present requests: opened for a reason, or refused.
+  /// Ends the present requests, after an opening for a reason or a refusal.
   void drop();
   /// Ends the charger's request alone.
   void drop_charger();
@@ -27,8 +27,8 @@ class CloseRequest {
   [[nodiscard]] bool is_by_vehicle() const { return vehicle_.is_wished; }
   [[nodiscard]] bool is_by_charger() const { return charger_.is_wished; }
   [[nodiscard]] TimePoint since() const { return since_; }
-  /// The charger requested last, and its input has ended. No request is present then: a vehicle that requests was the
-  /// last.
+  /// The charger requested last, and its input has ended. Implies that no request is present: while the vehicle
+  /// requests, it counts as the last.
   [[nodiscard]] bool is_unplugged() const { return has_charger_asked_last_ && !is_plugged_in_; }
 
  private:

@@ -27,11 +27,11 @@
 // against the pack's minus and sees the DC link with main negative only: it is less than the pack's voltage, and soon
 // after an opening, where it need not be, the sequence waits for it to decay.
 //
-// Opening because the request ended: a current of zero is requested and has `zero_current_grace` for it. If current
-// still flows then, one contactor breaks it, the one that has its arc chute built for that direction: main positive
-// while discharging, while charging the charge contactor where it is closed, else main negative. The others follow
-// without load, one gap later. A charging plug that is pulled gets no grace, as its contacts part under the current
-// that still flows: the current is broken in the tick in which its input ends.
+// Opening because the request ended: a current of zero is requested, and the current has `zero_current_grace` to fall.
+// If it still flows then, one contactor breaks it, the one with the arc chute for that direction: main positive while
+// discharging, while charging the charge contactor where it is closed, else main negative. The others follow without
+// load, one gap later. A charging plug that is pulled gets no grace, as its contacts part under the current that still
+// flows: the current is broken in the tick in which its input ends.
 //
 // The charge contactor is between DC link and charger. It closes after the pack, for a charger that is connected and
 // may charge, and opens in the tick in which either ends.
@@ -138,7 +138,7 @@ struct SequenceStep {
 }
 
 /// Main positive conducts: DC link and pack agree after it closed. Earlier voltages are no evidence for the contact
-/// that the load will flow through.
+/// that the load current will flow through.
 [[nodiscard]] constexpr bool is_joined(const SequenceState& state, const SequenceInputs& in,
                                        const ContactorConfig& config) {
   return is_pair_since(evidence_since(state, in, config), in) && link_follows(in.pack_mV, in.link_mV, config);

@@ -1,9 +1,9 @@
 // Monitor of the contactor feedback: auxiliary contacts against commands, each contactor by itself.
 //
-// A contactor has `feedback_timeout` to follow a change of its command. Once it has followed for `settle`, or that time
-// has elapsed, a status against the command is a feedback mismatch, which the fault table confirms as soon as it has
-// lasted a tick: a main contact that opens by itself and closes again would connect the pack to a DC link that has lost
-// its charge, bypassing the precharge. A status from before the command is ignored.
+// A contactor has `feedback_timeout` to follow a change of its command. Once it has followed for `settle`, or that
+// timeout has elapsed, a status against the command is a feedback mismatch, which the fault table confirms as soon as
+// it has lasted a tick: a main contact that opens by itself and closes again would connect the pack to a DC link that
+// has lost its charge, bypassing the precharge. A status from before the command is ignored.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ class ContactorWatch {
   void command(const ContactorOutputs& outputs, TimePoint now);
   /// Compares the latest PDU state with the commands. Precondition: the state is fresh.
   [[nodiscard]] Disobedience disobeys(const Measured<PduState>& pdu, const ContactorConfig& config, TimePoint now);
-  /// Every contactor follows its command, and has done so for `settle`.
+  /// Every contactor follows its command, and has done so for `settle` once since it was commanded.
   [[nodiscard]] bool is_settled() const;
   /// When the last contactor was seen to follow its command: earlier samples are not valid for the commanded state.
   /// Meaningful while all are settled.

@@ -111,7 +111,7 @@ class MasterClaim {
   }
 
   /// The loop stalled for `gap`, until `now`: nothing was sent, and frames received meanwhile were discarded. A held
-  /// claim is kept over a short one, since the contactors may have to be opened by a frame immediately.
+  /// claim survives a short stall, since the contactors may have to be opened by a frame immediately.
   void note_gap(Duration gap, TimePoint now) {
     const bool goes_on = stage_ == ClaimStage::held && gap < claim_lapse;
     if (is_there() && !is_lost() && !goes_on) listen_from(now);

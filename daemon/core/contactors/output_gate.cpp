@@ -94,7 +94,7 @@ GateVerdict judge_sensor(const SetUpOrder& order, const GateRules& rules) {
   return rules.may_store_in_sensor ? GateVerdict::pass : GateVerdict::not_permitted;
 }
 
-/// A second sensor is only read, never configured.
+/// The settings of a second sensor are only read; it is sent no other command.
 GateVerdict judge_second_sensor(const CanFrame& frame, const GateRules& rules) {
   CanFrame as_delivered = frame;
   as_delivered.id = rules.sensor->command_id;

@@ -33,7 +33,7 @@ void PrechargeGuard::update(TimePoint now, bool is_precharging, bool is_measured
   if (!was_precharging_) this_try_uJ_ = 0;
   if (was_precharging_ && !is_precharging) last_try_uJ_ = this_try_uJ_;
   was_precharging_ = is_precharging;
-  // A rate rounded down to zero would never cool within short ticks; the cool-down is seconds, the budget joules.
+  // The rate is not rounded down to zero, which would never cool in short ticks: a budget of joules, a time of seconds.
   const std::int64_t cooled_uJ =
       budget_uJ_ / std::max<std::int64_t>(to_ms(config_.precharge_cool_down), 1) * to_ms(span);
   // If the voltages are unknown, all of the pack voltage counts: the resistor may be warmer than measured.

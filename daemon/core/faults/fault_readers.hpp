@@ -1,7 +1,7 @@
 // Readers of the rows of the fault table: each function derives from the inputs the one number that its row compares.
 //
 // An unknown reading neither raises nor clears. "Not yet received" is not "lost": readers of receive timeouts return
-// unknown before all data has been received once, or before the start grace is over.
+// unknown until all data has been received once or the start grace is over.
 #pragma once
 
 #include "daemon/core/faults/fault_table.hpp"

@@ -45,7 +45,7 @@ Reading lines(const FaultInputs& in, std::uint16_t PduState::*bad, std::uint8_t 
 }
 
 /// Resistance reported by the insulation monitor. A value above its range counts as the maximum, and so does an unknown
-/// value unless measuring is configured.
+/// value in a usable PDU state unless measuring is configured.
 Reading insulation(const FaultInputs& in) {
   const PduState* pdu = pdu_of(in);
   const bool is_measured = in.config->insulation.monitoring == InsulationMonitoring::measured;
@@ -152,7 +152,7 @@ Reading insulation_driving_Ohm(const FaultInputs& in) {
 /// A monitor that measures reports this repeatedly. After its start, or that of the daemon, the first value may take
 /// `first_value_max`; after the first value, an unknown value counts as lost. The row's confirm time tolerates one or
 /// two such reports. While a first self-test is awaited, which has a timeout of its own, the reading is unknown: it
-/// neither raises nor clears. In a monitor that has reported a value, a later self-test counts as lost.
+/// neither raises nor clears. For a monitor that has reported a value, a later self-test counts as lost.
 Reading insulation_monitor_lost(const FaultInputs& in) {
   constexpr Duration first_value_max = 20s;
   if (in.config->insulation.monitoring != InsulationMonitoring::measured) return condition(false, in.now);

@@ -955,7 +955,8 @@ consteval bool warnings_do_not_latch() {
   }
   return true;
 }
-/// A row that affects one direction of current only inhibits that current: permission.cpp relies on this.
+/// A row that affects only one direction of current inhibits it, by at least open_after_grace: permission.cpp relies on
+/// this.
 consteval bool one_direction_is_forbidden() {
   return std::all_of(table.begin(), table.end(), [](const FaultRow& row) {
     return row.concerns == Concerns::all || row.reaction >= Reaction::open_after_grace;

@@ -7,7 +7,7 @@
 //   reaction            severity, and thus the effect of a confirmed fault
 //   warn                reported only
 //   refuse_close        a closed pack stays closed, an open one stays open
-//   open_after_grace    limits go to zero immediately; permission ends when the current has fallen or the grace elapsed
+//   open_after_grace    limits go to zero immediately; permission ends when the current has fallen or the grace is over
 //   open_now            permission ends in the same tick
 //
 //   concerns            the current that it inhibits

@@ -38,7 +38,7 @@ struct LikelyCause {
   std::int32_t would_do_J = 0;
 };
 
-/// Other observations. For a fault that persists, those that have ended since are as of the instant of the fault.
+/// Other observations. While a fault persists, those that can no longer be made are as of the instant of the fault.
 struct SeenBeside {
   bool is_without_charger = false;  // by a fresh status of the inputs
   bool do_cells_move_against_current = false;

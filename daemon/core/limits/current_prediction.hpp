@@ -18,7 +18,7 @@
 // resistances from its model's counts.
 //
 // Uncertain inputs are taken at their worst:
-//   - the state of charge is the estimate and that two standard deviations towards the bound, whichever leaves less
+//   - the state of charge is the estimate, or two standard deviations from it towards the bound, whichever leaves less
 //     margin; an unknown one is anything from empty to full;
 //   - resistances are two standard deviations more where the voltage gets worse, and less where it recovers;
 //   - an RC element may make the voltage worse, never better: it might do so late;
@@ -80,8 +80,8 @@ struct ForecastBound {
 };
 
 /// Horizons of the peak limit and of the continuous limit. The longer one is as long as a hill: by then the RC elements
-/// that settle within a minute have settled, and a current of 2 C has moved 3 % of the charge. It is no longer, because
-/// the limits of later minutes cover the voltage in those minutes.
+/// that settle within a minute have settled, and a current of 2 C has moved 3 % of the charge. It is not longer,
+/// because the limits of later minutes cover the voltage in those minutes.
 inline constexpr double forecast_peak_s = 10.0;
 inline constexpr double forecast_continuous_s = 60.0;
 

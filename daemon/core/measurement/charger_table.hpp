@@ -4,7 +4,7 @@
 // not valid, and counted by reason. Voltage and current are as old as the frame that contained them: if older than
 // `silence_max()` they are no measurement, and the unit is lost. A unit is also lost if its voltage or current has not
 // been a number for that time, or if it has not reported its troubles within their own period: without that report it
-// is unknown whether there are none. A lost unit is not used for charging; values that it still reports are
+// is unknown whether there are any. A lost unit is not used for charging; values that it still reports are
 // nevertheless checked for faults. Current is positive into the pack, as in the chargers' messages.
 //
 // Only this node may command a charger: a command from another node is recorded by its identifier, whatever its length.
@@ -46,7 +46,7 @@ class ChargerTable {
   [[nodiscard]] const ChargerUnit& unit(std::size_t index) const { return units_[index]; }
   /// Two and a half report periods, plus the maximum delay on its bus.
   [[nodiscard]] Duration silence_max() const;
-  /// The unit is ready for charging.
+  /// The unit is not lost, and may be used for charging.
   [[nodiscard]] bool is_talking(std::size_t index, TimePoint now) const;
   /// Unknown if older than the maximum age of its frames.
   [[nodiscard]] SignalValue temperature_dC(std::size_t index, TimePoint now) const;

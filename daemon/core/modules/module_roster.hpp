@@ -56,9 +56,9 @@ enum class AcceptRefusal : std::uint8_t {
 struct ModuleFinding {
   ModulePlace place = ModulePlace::unheard;
   KnownModule expected;         // unknown: any module
-  bool is_from_file = false;    // by the pack file
+  bool is_from_file = false;    // `expected` is from the pack file
   std::uint8_t belongs_to = 0;  // the node that expects the module found here; 0: none
-  std::uint8_t seen_at = 0;     // another node, possibly unknown, where the expected module has been seen; 0: none
+  std::uint8_t seen_at = 0;     // another node, in the pack or not, where the expected module has been seen; 0: none
 };
 
 /// A module on a node that the pack does not have.

@@ -138,8 +138,8 @@ void ChargerWatch::look_for_excess(const ChargerWatchInputs& in) {
                                       : told_max_mA};
 }
 
-/// While a steady current is commanded, or none any more. Loads beside the charger may take part of its current, but
-/// hardly half of it.
+/// Compares reports and sensor while a steady current is commanded, or after a stop. Loads beside the charger may take
+/// part of its current, but hardly half of it.
 void ChargerWatch::look_for_contradiction(const ChargerWatchInputs& in) {
   const Measured<std::int32_t>& sensed = in.pack->current_mA;
   const Measured<std::int32_t> told = in.table->current_mA(in.now);

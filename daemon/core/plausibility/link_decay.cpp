@@ -12,7 +12,8 @@ constexpr Duration span_min = 1s;
 constexpr Duration span_max = 10min;
 constexpr std::int64_t fall_min_permille = 2;
 constexpr double margin = 1.5;
-/// A DC link that has to fall by less than this cannot be distinguished from one that does not discharge.
+/// Maximum usable precharge_done: a DC link that has to fall by less than the remaining 1 % cannot be distinguished
+/// from one that does not discharge.
 constexpr std::int32_t done_max_permille = 990;
 
 std::chrono::duration<double> seconds(Duration span) {

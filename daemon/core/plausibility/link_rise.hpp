@@ -2,9 +2,9 @@
 // voltage falls as exp(-t / tau), tau = R C. From that follow suitable values for the precharge keys, for the texts of
 // faults; they are not used for any decision.
 //
-//   missing  ---.                        first, half, last: from when the contactor had its time to close. A DC link
-//               :                        that charges falls as fast from half to last as from first to half; under a
-//               .---first                load it slows down, and behind an open resistor it does not fall.
+//   missing  ---.                        first, half, last: from when the contactor had its time to close. If the DC
+//               :                        link charges, its missing voltage falls as fast from half to last as from
+//               .---first                first to half; under a load slower, behind an open resistor not at all.
 //                    .---half            before, followed: the last voltage away from the pack voltage, and the
 //                           .-----last   first one at it. With no DC link, or behind a shorted resistor or a welded
 //                                        contactor, there is no sample in between.

@@ -1,6 +1,6 @@
 // I2t counter of the current above the continuous rating of the pack: the excess heat, (I^2 - continuous^2) * t.
 //
-// The count reaches the maximum at the peak current in the configured time (50 A for 10 s beside 25 A continuous,
+// The count reaches the budget at the peak current in the configured time (50 A for 10 s beside 25 A continuous,
 // BMS_NF.7), faster above it and slower below, and falls while the current is below the continuous value. It starts
 // empty: heat from before the start of this process has had at least the time of a restart and of a new precharge to
 // dissipate.

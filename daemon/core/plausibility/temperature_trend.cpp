@@ -20,7 +20,7 @@ void TemperatureTrend::Track::add(const Measured<std::int32_t>& temperature_dC) 
     return;
   }
   if (temperature_dC.taken_at - newest.taken_at > gap_max) *this = {};
-  // The samples of an empty ring have the minimum time.
+  // The samples of an empty ring have the time zero.
   const bool is_due = temperature_dC.taken_at - older[(head + samples_max - 1) % samples_max].taken_at >= spacing;
   newest = {temperature_dC.value, temperature_dC.taken_at};
   if (!is_due) return;

@@ -16,7 +16,6 @@
 // for a controller behind SPI, which is queried for its counters with that lock held. Read the bit rate when a bus is
 // opened, and all details on another thread (`bmud-links`). A request takes a socket and some bytes of heap: -EMFILE
 // and -ENOMEM are results like any other.
-// -ENOMEM are results like any other.
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,7 @@
 //   fd() readable        read(): the present levels, to be observed, and decided on at once where an edge is urgent
 //   once a tick          read() too, before the decision: levels have an age, and no edge reports that a chip is gone
 //   after each decision  drive(decisions.outputs), in the same place as the frames are sent, changed or not
-//   after read()         pulses(), if those of the insulation monitor are captured: their news
+//   after read()         pulses(), if those of the insulation monitor are captured: their changes
 //   each 100 ms          maintain(), together with that of the bus ports; state() is then the one to report
 // A failure of read() or drive() is an observation, too: contactors that were closed by these lines are not any more.
 #pragma once

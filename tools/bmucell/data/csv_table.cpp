@@ -188,7 +188,7 @@ class Numbers {
     return finite_value_of(with_point);
   }
 
-  /// The reason to refuse commas whose meaning is not certain; "": none.
+  /// The reason to refuse commas without a certain meaning; "": none.
   [[nodiscard]] std::string uncertainty() const {
     if (comma_.line == 0) return "";
     const std::string found = at_line(comma_.line) + comma_.column + ": found '" + quotable(comma_.text) + "'";

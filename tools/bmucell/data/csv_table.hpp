@@ -5,8 +5,8 @@
 //   first line    a line "sep=;" before it, and lines without any text anywhere, are skipped
 //   row names     as R writes them: a quoted name before the values, and none for it in the first line
 //   numbers       a plus sign is permitted; empty, "nan" and "NA" mean not measured; not "inf"
-//   last line     without a line end it may be truncated, also within its last number, which then has another value:
-//  omitted, unless all its fields are there and the last one is in quotes
+//   last line     without a line end it may be truncated, also within its last number, which then has another value;
+//                 it is omitted, unless all its fields are there and the last one is in quotes
 //   decimal mark  comma, if no number of the file has a point and at least one cannot be a number of thousands
 //
 // The error is the end of a message, after the name of the file: line, column, found and expected value, and for a

@@ -1,10 +1,10 @@
 // Checks for recordings that cannot be a test of a cell: other units, a current of the opposite sign or without sign, a
 // time that restarts. A fit to such a recording yields a cell file, but a wrong one.
 //
-// Each check returns the error with its likely cause, as the end of a message after the name of the recording (":
-// temp_C: found 296.1 to 299.2, expected ..."); "" for none. The bounds are wide: of the 38 measured drives and slow
-// curves that the shipped cell files are fitted to, none comes near one (docs/bmucell.md). Cost: a few passes over the
-// rows.
+// Each check returns the error with its likely cause, as the end of a message after the name of the recording
+// (": temp_C: found 296.1 to 299.2, expected ..."); "" for none. The bounds are wide: of the 38 measured drives and
+// slow curves that the shipped cell files are fitted to, none comes near one (docs/bmucell.md). Cost: a few passes over
+// the rows.
 #pragma once
 
 #include <string>

@@ -1,8 +1,8 @@
 // A recorded test of a cell: CSV as exported by test benches (csv_table.hpp), compressed with gzip or not.
 //
 // The first line names the columns, in any order; other columns are ignored:
-//   time_s       required; may be uneven, and a row at which it does not rise is kept (the estimators receive it
-//   unchanged)
+//   time_s       required; may be uneven, and a row at which it does not rise is kept (the estimators receive it as
+//                it is)
 //   current_A    required; positive out of the cell, the mean since the row before
 //   voltage_V    required; at the cell's terminals
 //   temp_C       of the cell

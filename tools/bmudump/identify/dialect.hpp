@@ -52,7 +52,7 @@ class DialectWatch {
   [[nodiscard]] const Dialect* spoken() const { return spoken_; }
   /// The evidence: the pack name in 620h, or the length of 622h. Empty until there is any.
   [[nodiscard]] const std::string& sign() const { return sign_; }
-  /// True if only the length of this frame's identifier has shown the dialect.
+  /// True if only the length of frames with this frame's identifier has shown the dialect.
   [[nodiscard]] bool is_told_by_length_of(const CanFrame& frame) const {
     return is_told_by_length_ && frame.id == base_id_ + status_offset;
   }
