@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 #include <pthread.h>
 
+#include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -16,15 +18,19 @@ namespace bmu {
 /// Maximum size of a thread name in the kernel, with the terminating zero.
 inline constexpr std::size_t thread_name_size_max = 16;
 
-/// A thread that executes `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and its task. Throws
-/// std::system_error if no thread can be created.
+/// A thread that executes `run` under `name`, which `top -H`, `ps -L` and debuggers show: "bmud-" and its task. The
+/// error: the errno value with which the system refuses the thread; nothing is executed then.
 template <std::size_t Size, class Run>
-[[nodiscard]] std::thread named_thread(const char (&name)[Size], Run run) {
+[[nodiscard]] Result<std::thread, int> named_thread(const char (&name)[Size], Run run) {
   static_assert(Size <= thread_name_size_max);
-  return std::thread([&name, run = std::move(run)] {
-    static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: a short name for its own thread
-    run();
-  });
+  try {
+    return std::thread([&name, run = std::move(run)] {
+      static_cast<void>(::pthread_setname_np(::pthread_self(), name));  // cannot fail: a short name for its own thread
+      run();
+    });
+  } catch (const std::system_error& refused) {
+    return failure(refused.code().value());
+  }
 }
 
 /// Joins a thread that has ended or is about to return (`has_ended`). Otherwise it hangs in a disk access and is

@@ -169,11 +169,18 @@ void HistoryStore::Shared::note_well() {
 HistoryStore::HistoryStore(const HistoryStoreOptions& options, const HistoryLife& life)
     : path_(options.file.path), shared_(std::make_shared<Shared>(options, life)) {}
 
-void HistoryStore::start() {
-  if (path_.empty()) return;
+Result<void, int> HistoryStore::start() {
+  if (path_.empty()) return {};
   shared_->is_running = true;
   shared_->state = HistoryState::starting;
-  thread_ = named_thread("bmud-history", [shared = shared_] { shared->run(); });
+  auto thread = named_thread("bmud-history", [shared = shared_] { shared->run(); });
+  if (thread) {
+    thread_ = std::move(*thread);
+    return {};
+  }
+  shared_->is_running = false;
+  shared_->state = HistoryState::off;
+  return failure(thread.error());
 }
 
 HistoryStore::~HistoryStore() {

@@ -12,6 +12,7 @@
 
 #include "daemon/history/history_file.hpp"
 #include "daemon/history/history_row.hpp"
+#include "protocol/result.hpp"
 #include "protocol/time.hpp"
 
 namespace bmu {
@@ -48,7 +49,8 @@ class HistoryStore {
   ~HistoryStore();
 
   /// Starts the thread, which opens the file. Call after prepare_signals(): the thread inherits its signal mask.
-  void start();
+  /// The error: the errno value with which the system refuses the thread; nothing is written then.
+  [[nodiscard]] Result<void, int> start();
 
   // Store a copy and never wait. To be called by one thread, as is `health`.
   void offer(const Minute& minute);

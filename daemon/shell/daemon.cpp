@@ -52,7 +52,7 @@ int Daemon::run(const PackConfig& pack) {
   auto life = DaemonLife::begin(*plan_, world(), {});
   if (!life) return fail({.text = to_text(life.error())});
   life_ = std::move(*life);
-  store_->start();
+  if (auto started = store_->start(); !started) return fail({.text = to_text(started.error())});
   if (auto entered = enter_real_time(options_.real_time); !entered) return fail({.text = to_text(entered.error())});
   while (true) {
     const auto ended = run_life();

@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cstdio>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include <unistd.h>
@@ -98,6 +99,9 @@ int main(int argc, char** argv) {
   try {
     const ParsedOptions parsed = parse_options(argc, argv);
     return parsed.options ? check_or_run(*parsed.options) : parsed.exit_code;
+  } catch (const std::system_error& error) {
+    std::fprintf(stderr, "bmud: %s\n", error.what());
+    return exit_system;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bmud: %s\n", error.what());
   } catch (...) {

@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <mutex>
-#include <system_error>
 #include <utility>
 
 #include <sys/eventfd.h>
@@ -51,15 +50,13 @@ int PackReader::fd() const {
 }
 
 Result<void, OsError> PackReader::begin(const std::string& config, const std::string& state_path) {
-  try {
-    thread_ = named_thread("bmud-pack", [shared = shared_, config, state_path] {
-      auto pack = load_pack_config(config);
-      if (!pack) return shared->put(failure(pack.error()));
-      shared->put(read_beside(std::move(*pack), config, state_path));
-    });
-  } catch (const std::system_error& error) {
-    return failure(OsError{.code = error.code().value(), .what = "a thread to read " + config});
-  }
+  auto thread = named_thread("bmud-pack", [shared = shared_, config, state_path] {
+    auto pack = load_pack_config(config);
+    if (!pack) return shared->put(failure(pack.error()));
+    shared->put(read_beside(std::move(*pack), config, state_path));
+  });
+  if (!thread) return failure(OsError{.code = thread.error(), .what = "start the thread that reads " + config});
+  thread_ = std::move(*thread);
   return {};
 }
 

@@ -1,6 +1,6 @@
 // Loaded before the C library into a daemon under test: the number in the file named by BMUD_TEST_FAILING_CALLS selects
-// the call of the control loop that misbehaves (FailingCall), or its request for memory that fails. Only calls of the
-// main thread are affected, since only the control loop is under test.
+// the call of the control loop that misbehaves (FailingCall), its request for memory that fails, or its thread start
+// that is refused. Only calls of the main thread are affected, since only the control loop is under test.
 #include "tests/support/failing_calls.hpp"
 
 #include <cerrno>
@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <ctime>
 
+#include <dlfcn.h>
+#include <pthread.h>
 #include <sys/epoll.h>
 #include <sys/syscall.h>
 #include <sys/timerfd.h>
@@ -41,12 +43,27 @@ bool lacks_memory() {
   static std::int64_t counted_for = 0;
   static std::int64_t requests = 0;
   const std::int64_t word = chosen != nullptr ? *chosen : 0;
-  if (word < memory_request(0) || !is_main_thread()) return false;
+  if (word < memory_request(0) || word >= bmu::test::thread_start(0) || !is_main_thread()) return false;
   if (counted_for != word) requests = 0;
   counted_for = word;
   ++requests;
   if (word >= memory_requests_from(0)) return requests >= word - memory_requests_from(0);
   if (requests < word - memory_request(0)) return false;
+  *chosen = static_cast<std::int64_t>(FailingCall::none);
+  counted_for = 0;
+  return true;
+}
+
+/// Called once for each thread that is started.
+bool is_thread_refused() {
+  using bmu::test::thread_start;
+  static std::int64_t counted_for = 0;
+  static std::int64_t starts = 0;
+  const std::int64_t word = chosen != nullptr ? *chosen : 0;
+  if (word < thread_start(0) || !is_main_thread()) return false;
+  if (counted_for != word) starts = 0;
+  counted_for = word;
+  if (++starts < word - thread_start(0)) return false;
   *chosen = static_cast<std::int64_t>(FailingCall::none);
   counted_for = 0;
   return true;
@@ -72,9 +89,11 @@ void hold_if_chosen() {
 }  // namespace
 
 // The C library's own functions, by the names under which it has them beside those replaced here.
-extern "C" void* __libc_malloc(std::size_t size);                     // NOLINT(bugprone-reserved-identifier)
-extern "C" void* __libc_calloc(std::size_t count, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
-extern "C" void* __libc_realloc(void* before, std::size_t size);      // NOLINT(bugprone-reserved-identifier)
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
+extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* __libc_calloc(std::size_t count, std::size_t size);
+extern "C" void* __libc_realloc(void* before, std::size_t size);
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 extern "C" void* malloc(std::size_t size) noexcept {
   return lacks_memory() ? no_memory() : __libc_malloc(size);
@@ -86,6 +105,14 @@ extern "C" void* calloc(std::size_t count, std::size_t size) noexcept {
 
 extern "C" void* realloc(void* before, std::size_t size) noexcept {
   return lacks_memory() ? no_memory() : __libc_realloc(before, size);
+}
+
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*),
+                              void* argument) noexcept {
+  if (is_thread_refused()) return EAGAIN;
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
+  return create(thread, attributes, run, argument);
 }
 
 // Both return -1 for an error, as the system call does, and set errno.

@@ -24,4 +24,10 @@ constexpr std::int64_t memory_requests_from(std::int64_t n) {
   return 2'000'000 + n;
 }
 
+/// The n-th thread that the control loop starts from now on, counted from 1, is refused; then the library chooses
+/// `none` again.
+constexpr std::int64_t thread_start(std::int64_t n) {
+  return 3'000'000 + n;
+}
+
 }  // namespace bmu::test

@@ -37,10 +37,9 @@ bool ContactorWatch::is_settled() const {
 }
 
 TimePoint ContactorWatch::obeying_since() const {
-  const auto is_earlier = [](const Contact& one, const Contact& other) {
-    return one.obeying_since < other.obeying_since;
-  };
-  return std::max_element(contacts_.begin(), contacts_.end(), is_earlier)->obeying_since;
+  TimePoint latest{};
+  for (const Contact& contact : contacts_) latest = std::max(latest, contact.obeying_since);
+  return latest;
 }
 
 bool ContactorWatch::judge(Contact& contact, bool is_closed, TimePoint seen_at, const ContactorConfig& config,

@@ -380,7 +380,7 @@ Reading front_end_supply_low(const FaultInputs& in) {
       in,
       [](const ModuleRecord& module) {
         const FrontEndStatus& front_end = module.front_end.value;
-        return module.front_end.is_valid() && front_end.is_reported && front_end.is_supply_low;
+        return front_end.is_reported && front_end.is_supply_low;
       },
       front_end_seen_at);
 }
@@ -389,7 +389,7 @@ Reading front_end_overtemperature(const FaultInputs& in) {
       in,
       [](const ModuleRecord& module) {
         const FrontEndStatus& front_end = module.front_end.value;
-        return module.front_end.is_valid() && front_end.is_reported && front_end.is_shut_down;
+        return front_end.is_reported && front_end.is_shut_down;
       },
       front_end_seen_at);
 }

@@ -93,9 +93,10 @@ void StuckWatch::take(Cell& cell, const Measured<std::int32_t>& voltage_uV, std:
 /// Range of all currents around a sample, including `current_mA`.
 CurrentRange StuckWatch::currents_around(TimePoint taken_at, std::int32_t current_mA,
                                          const CurrentWindow& window) const {
-  const CurrentRange range = window.range(taken_at - sampled_within_, taken_at + sampled_within_);
-  if (!range.is_known) return {true, current_mA, current_mA};
-  return {true, std::min(range.min_mA, current_mA), std::max(range.max_mA, current_mA)};
+  CurrentRange range = window.range(taken_at - sampled_within_, taken_at + sampled_within_);
+  range.min_mA = range.is_known ? std::min(range.min_mA, current_mA) : current_mA;
+  range.max_mA = range.is_known ? std::max(range.max_mA, current_mA) : current_mA;
+  return range;
 }
 
 /// With a sample of the same value: the currents after the previous samples are known by now, or with the next sample.

@@ -59,8 +59,8 @@ CanFrame iha_status_frame(const VehicleView& view, const VehicleConfig&) {
   CanFrame frame = make_frame(pack_status);
   write<pack_status, "state">(frame, vehicle_state(VehicleDialect::iha, view.mode));
   write<pack_status, "uptime_s">(frame, uptime_s(view));
-  write<pack_status, "discharging">(frame, current.is_valid() && current.value >= flowing_current_mA ? 1 : 0);
-  write<pack_status, "charging">(frame, current.is_valid() && current.value <= -flowing_current_mA ? 1 : 0);
+  write<pack_status, "discharging">(frame, current.is_valid() && current.value >= flowing_current_mA);
+  write<pack_status, "charging">(frame, current.is_valid() && current.value <= -flowing_current_mA);
   write<pack_status, "dtc_1">(frame, view.codes.first);
   write<pack_status, "dtc_2">(frame, view.codes.second);
   return frame;

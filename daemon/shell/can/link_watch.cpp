@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
-#include <system_error>
 #include <utility>
 
 #include "daemon/history/helper_thread.hpp"
@@ -73,11 +72,9 @@ Result<std::unique_ptr<LinkWatch>, OsError> LinkWatch::start(const std::vector<L
   std::unique_ptr<LinkWatch> watch(new LinkWatch(shared));
   watch->latest_ = shared->reports;
   if (wanted.empty()) return watch;
-  try {
-    watch->thread_ = named_thread("bmud-links", [shared] { shared->run(); });
-  } catch (const std::system_error& error) {
-    return failure(OsError{.code = error.code().value(), .what = "a thread to look after interfaces"});
-  }
+  auto thread = named_thread("bmud-links", [shared] { shared->run(); });
+  if (!thread) return failure(OsError{.code = thread.error(), .what = "start the thread that manages CAN interfaces"});
+  watch->thread_ = std::move(*thread);
   return watch;
 }
 

@@ -73,9 +73,11 @@ Result<std::unique_ptr<Memory>, OsError> Memory::open(const MemoryOptions& optio
     if (!recorder) return failure(recorder.error());
     memory->recorder_ = std::move(*recorder);
     memory->recorder_->feed().begin(core.started_at());
-    memory->recorder_->start();
+    if (auto started = memory->recorder_->start(); !started) return failure(started.error());
   }
-  memory->history_.start();
+  if (auto started = memory->history_.start(); !started) {
+    return failure(OsError{.code = started.error(), .what = "start the thread that writes the history"});
+  }
   return memory;
 }
 

@@ -229,9 +229,15 @@ Result<std::unique_ptr<Recorder>, OsError> Recorder::open(const RecorderOptions&
   return std::unique_ptr<Recorder>(new Recorder(options, core, std::make_shared<Shared>(options)));
 }
 
-void Recorder::start() {
+Result<void, OsError> Recorder::start() {
   shared_->is_running = true;
-  thread_ = named_thread("bmud-record", [shared = shared_] { shared->run(); });
+  auto thread = named_thread("bmud-record", [shared = shared_] { shared->run(); });
+  if (thread) {
+    thread_ = std::move(*thread);
+    return {};
+  }
+  shared_->is_running = false;
+  return failure(OsError{.code = thread.error(), .what = "start the thread that writes recordings"});
 }
 
 RecorderEnd Recorder::end(Duration at_most) {

@@ -67,7 +67,8 @@ class Recorder {
 
   /// For the loop; the same object for the lifetime of the recorder.
   [[nodiscard]] RecordFeed& feed() { return feed_; }
-  void start();
+  /// Starts the thread. The error: the system refuses it; nothing is written then.
+  [[nodiscard]] Result<void, OsError> start();
   /// After the loop: writes the remaining data, with retries where a disk does not accept it at once; abandons the data
   /// left after `at_most`, and counts it.
   RecorderEnd end(Duration at_most);

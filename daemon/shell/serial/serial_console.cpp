@@ -218,11 +218,14 @@ Result<std::unique_ptr<SerialConsole>, OsError> SerialConsole::start(const Seria
   auto shared = std::make_shared<Shared>(options, std::move(actions));
   shared->ending = OwnedFd(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!shared->ending.is_open()) return failure(OsError{.code = errno, .what = "eventfd for the serial console"});
-  return std::unique_ptr<SerialConsole>(new SerialConsole(std::move(shared)));
+  std::unique_ptr<SerialConsole> console(new SerialConsole(shared));
+  auto thread = named_thread("bmud-serial", [shared] { shared->run(); });
+  if (!thread) return failure(OsError{.code = thread.error(), .what = "start the thread of the serial console"});
+  console->thread_ = std::move(*thread);
+  return console;
 }
 
-SerialConsole::SerialConsole(std::shared_ptr<Shared> shared)
-    : shared_(std::move(shared)), thread_(named_thread("bmud-serial", [kept = shared_] { kept->run(); })) {}
+SerialConsole::SerialConsole(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
 SerialConsole::~SerialConsole() {
   static_cast<void>(::eventfd_write(shared_->ending.get(), 1));  // from now on it does not wait, and sees has_to_end

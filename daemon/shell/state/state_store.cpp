@@ -143,9 +143,15 @@ void StateStore::carry_over(const PersistentState& state) {
   shared_->changed.notify_all();
 }
 
-void StateStore::start() {
+Result<void, OsError> StateStore::start() {
   shared_->is_running = true;
-  thread_ = named_thread("bmud-state", [shared = shared_] { shared->run(); });
+  auto thread = named_thread("bmud-state", [shared = shared_] { shared->run(); });
+  if (thread) {
+    thread_ = std::move(*thread);
+    return {};
+  }
+  shared_->is_running = false;
+  return failure(OsError{.code = thread.error(), .what = "start the thread that writes the state file"});
 }
 
 StateStore::~StateStore() {

@@ -50,7 +50,8 @@ class StateStore {
   /// written, whether the disk has accepted it yet, or there is a file at all, or not. It is offered to be written.
   void carry_over(const PersistentState& state);
   /// Starts the thread. Precondition: prepare_signals(), because the thread inherits its mask.
-  void start();
+  /// The error: the system refuses the thread; nothing is written then.
+  [[nodiscard]] Result<void, OsError> start();
 
   /// Takes a copy to be written. Never waits: false if the thread holds its mutex (momentarily only); offer it again at
   /// the next tick. Without a file the copy is dropped.

@@ -5,7 +5,6 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
-#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
@@ -95,11 +94,11 @@ void IntakeAirReader::Shared::read() {
 Result<std::unique_ptr<IntakeAirReader>, OsError> IntakeAirReader::start(const std::string& file, Log log) {
   auto shared = std::make_shared<Shared>(file, std::move(log));
   std::unique_ptr<IntakeAirReader> reader(new IntakeAirReader(shared));
-  try {
-    reader->thread_ = named_thread("bmud-air", [shared] { shared->run(); });
-  } catch (const std::system_error& error) {
-    return failure(OsError{.code = error.code().value(), .what = "a thread to read the intake air's temperature"});
+  auto thread = named_thread("bmud-air", [shared] { shared->run(); });
+  if (!thread) {
+    return failure(OsError{.code = thread.error(), .what = "start the thread that reads the intake air temperature"});
   }
+  reader->thread_ = std::move(*thread);
   return reader;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <pthread.h>
@@ -110,8 +111,12 @@ struct Journal::Parts {
 Journal::Journal(Severity least, std::size_t queue_lines) : parts_(std::make_unique<Parts>()) {
   parts_->least = least;
   parts_->queue_lines = queue_lines;
-  parts_->pool = std::make_shared<spdlog::details::thread_pool>(
-      queue_lines, 1, [] { static_cast<void>(::pthread_setname_np(::pthread_self(), "bmud-log")); });
+  try {
+    parts_->pool = std::make_shared<spdlog::details::thread_pool>(
+        queue_lines, 1, [] { static_cast<void>(::pthread_setname_np(::pthread_self(), "bmud-log")); });
+  } catch (const std::system_error& refused) {
+    throw std::system_error(refused.code(), "start the thread that writes the log");
+  }
   parts_->logger = std::make_shared<spdlog::async_logger>("bmud", parts_->sink, parts_->pool,
                                                           spdlog::async_overflow_policy::overrun_oldest);
   parts_->logger->set_level(level_of(least));

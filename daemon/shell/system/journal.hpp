@@ -21,6 +21,7 @@ class Journal {
  public:
   static constexpr std::size_t default_queue_lines = 1024;
 
+  /// Throws std::system_error if the system refuses the thread that writes.
   explicit Journal(Severity least, std::size_t queue_lines = default_queue_lines);
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;

@@ -1,13 +1,17 @@
 // The control loop's own system calls fail in a real daemon with a closed pack, and so do its memory allocations: a
-// failure of an indispensable one opens the pack.
+// failure of an indispensable one opens the pack. A refused thread ends a start and rejects a reload.
 #include "tests/support/failing_calls.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "daemon/shell/options.hpp"
+#include "tests/support/ask_as.hpp"
 #include "tests/support/daemon_bench.hpp"
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/preload_word.hpp"
@@ -228,6 +232,90 @@ TEST_CASE("a control loop that gets no memory any more ends with the pack open",
   REQUIRE(outcome.exit_status);
   CHECK(*outcome.exit_status != exit_ok);
   CHECK(unit_opens(**unit));
+}
+
+namespace {
+
+/// With a daemon that starts every thread it can have without a CAN interface: for the log, the state file, recordings,
+/// the history, the serial console and the intake air.
+struct ThreadBench : FailingBench {
+  static constexpr int threads_at_start = 6;
+  static constexpr int threads_of_reload = 5;  // those of log and state file go on, and one reads the pack file
+
+  ThreadBench() {
+    pack = folder / "pack.json";
+    put_pack(100);
+    std::ofstream(folder / "air") << "21000\n";
+    more_options = {"--state",     folder / "state.json", "--history", folder / "history.sqlite",
+                    "--black-box", folder / "black-box"};
+  }
+  void put_pack(int period_ms) const {
+    nlohmann::json content = nlohmann::json::parse(read_file(test::pack_file), nullptr, true, true);
+    content["cell"] = test::in_source("config/cells/") +
+                      std::filesystem::path(content.at("cell").get<std::string>()).filename().string();
+    content["poll"]["period_ms"] = period_ms;
+    content["serial"] = {{"device", "/dev/bmud-test-no-such-terminal"}};
+    content["intake_air"] = {{"source", "file"}, {"file", folder / "air"}, {"age_max_ms", 2'000}};
+    std::ofstream(pack) << content;
+  }
+  void start() {
+    start_daemon({.environment = {"LD_PRELOAD=" + test::in_build("lib/libfailing_calls.so"),
+                                  "BMUD_TEST_FAILING_CALLS=" + calls}});
+  }
+  [[nodiscard]] std::string hash() const { return ask_json("status").at("pack").at("config_hash"); }
+};
+
+constexpr const char* thread_refused = ": Resource temporarily unavailable";
+
+}  // namespace
+
+TEST_CASE("a daemon that is refused a thread at its start ends, and names the thread",
+          "[integration][daemon][F71][bus]") {
+  for (int n = 1; n <= ThreadBench::threads_at_start; ++n) {
+    CAPTURE(n);
+    ThreadBench bench;
+    bench.choose_number(test::thread_start(n));
+    bench.start();
+    CHECK(bench.daemon->wait(test::hang_max) == exit_system);
+    const std::string log = read_file(bench.log);
+    INFO(log);
+    CHECK(log.find("start the thread ") != std::string::npos);
+    CHECK(log.find(thread_refused) != std::string::npos);
+    CHECK(bench.has_failed());
+  }
+  ThreadBench bench;
+  bench.choose_number(test::thread_start(ThreadBench::threads_at_start + 1));
+  bench.start();
+  REQUIRE(bench.listener.next(test::hang_max));
+  CHECK_FALSE(bench.has_failed());  // there is no thread more
+}
+
+TEST_CASE("a reload that is refused a thread leaves the configuration as it was",
+          "[integration][daemon][reload][bus]") {
+  ThreadBench bench;
+  bench.choose(FailingCall::none);
+  bench.start_emulator("");
+  bench.start();
+  REQUIRE(bench.listener.next(test::hang_max));
+  const std::string before = bench.hash();
+  const auto reload = [&bench] { return test::ask_as(std::nullopt, bench.socket, R"({"cmd":"reload"})"); };
+  bench.put_pack(90);
+  for (int n = 1; n <= ThreadBench::threads_of_reload; ++n) {
+    CAPTURE(n);
+    bench.choose_number(test::thread_start(n));
+    const nlohmann::json reply = reload();
+    INFO(reply << read_file(bench.log));
+    CHECK(reply.at("ok") == false);
+    CHECK(reply.dump().find("start the thread ") != std::string::npos);
+    CHECK(reply.dump().find(thread_refused) != std::string::npos);
+    CHECK(bench.has_failed());
+    CHECK(bench.hash() == before);
+    CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
+  }
+  bench.choose_number(test::thread_start(ThreadBench::threads_of_reload + 1));
+  CHECK(reload().at("ok") == true);
+  CHECK_FALSE(bench.has_failed());  // there is no thread more
+  CHECK(bench.hash() != before);
 }
 
 }  // namespace bmu

@@ -621,7 +621,7 @@ TEST_CASE("what was offered is read by the next life", "[integration][state]") {
     const auto store = open_store(options);
     CHECK(store->found().found == FileFound::nothing);
     CHECK_FALSE(store->found().state);
-    store->start();
+    REQUIRE(store->start());
     for (std::uint32_t count = 1; count <= 100; ++count) {
       PersistentState state = full_state();
       state.contactors[1].closings = count;
@@ -643,7 +643,7 @@ TEST_CASE("what was offered is read by the next life", "[integration][state]") {
 TEST_CASE("a store that cannot write says so and tries again until it can", "[integration][state][F75]") {
   const TemporaryFolder folder;
   const auto store = open_store({.path = folder / "state.json", .retry = 1ms});
-  store->start();
+  REQUIRE(store->start());
   {
     const FullDisk disk(100);
     while (!store->offer(full_state())) {
@@ -676,7 +676,7 @@ TEST_CASE("too little room on the disk and too much memory are told", "[integrat
   const TemporaryFolder folder;
   const auto health = [&](const ResourceLimits& limits) {
     const auto store = open_store({.path = folder / "state.json", .limits = limits});
-    store->start();
+    REQUIRE(store->start());
     while (!store->offer({})) {
     }
     REQUIRE(store->flush(test::hang_max));  // its check came before the write
@@ -701,7 +701,7 @@ TEST_CASE("either of two limits makes a disk low", "[integration][state]") {
 
 TEST_CASE("without a file nothing is kept, and only the memory is watched", "[integration][state]") {
   const auto store = open_store({.limits = {.disk_free_min_bytes = UINT64_MAX}});
-  store->start();
+  REQUIRE(store->start());
   CHECK(store->offer(full_state()));
   CHECK(store->flush(test::hang_max));
   CHECK_FALSE(store->health().disk_low);

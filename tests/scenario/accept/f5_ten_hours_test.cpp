@@ -56,7 +56,7 @@ TEST_CASE("after ten hours of rest every minute of them can be read out", "[scen
   constexpr int minutes = 600;
   {
     HistoryStore store({.file = {.path = path}, .write_every = 5ms}, life_of(config));
-    store.start();
+    REQUIRE(store.start());
     HistoryTap tap(run.core(), store, 60s, [](Severity, std::string_view) {});
     run.set_tap(&tap);
     for (int minute = 1; minute <= minutes; ++minute) {

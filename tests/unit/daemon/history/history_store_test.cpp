@@ -84,7 +84,7 @@ struct Stored {
 
 TEST_CASE("what is offered is written in its order", "[unit][history][BMS_F.5]") {
   Stored stored;
-  stored.store.start();
+  REQUIRE(stored.store.start());
   for (std::int64_t number = 1; number <= 10; ++number) stored.offer(number);
   REQUIRE(stored.store.flush(long_enough));
   const auto all = read_all(stored.path);
@@ -104,7 +104,7 @@ TEST_CASE("what is offered is written in its order", "[unit][history][BMS_F.5]")
 TEST_CASE("a disk that hangs holds nobody up, and what does not fit is counted", "[unit][history][BMS_F.5]") {
   FaultyDisk& disk = FaultyDisk::well();
   Stored stored(FaultyDisk::name, 4);
-  stored.store.start();
+  REQUIRE(stored.store.start());
   REQUIRE(stored.becomes(HistoryState::writing));
   disk.hang();
   for (std::int64_t number = 1; number <= 7; ++number) stored.offer(number);
@@ -124,7 +124,7 @@ TEST_CASE("a thread that hangs in the disk is given up at the end", "[unit][hist
   {
     HistoryStore store({.file = {.path = folder / "history.sqlite", .vfs = FaultyDisk::name}}, life_of(1));
     disk.hang();
-    store.start();
+    REQUIRE(store.start());
     store.offer(*minute_of(1));
   }
   CHECK(steady_clock::now() - began_at < long_enough);  // the disk hangs permanently
@@ -144,7 +144,7 @@ TEST_CASE("a full disk is told, loses nothing that waits, and is forgotten when 
           "[unit][history][BMS_F.5]") {
   FaultyDisk& disk = FaultyDisk::well();
   Stored stored(FaultyDisk::name);
-  stored.store.start();
+  REQUIRE(stored.store.start());
   stored.offer(1);
   REQUIRE(stored.store.flush(long_enough));
   disk.fail_writes(1, SQLITE_FULL);
@@ -165,7 +165,7 @@ TEST_CASE("a full disk is told, loses nothing that waits, and is forgotten when 
 TEST_CASE("a history that becomes damaged under way is put aside, and the minute in hand begins the new one",
           "[unit][history]") {
   Stored stored;
-  stored.store.start();
+  REQUIRE(stored.store.start());
   stored.offer(1);
   REQUIRE(stored.store.flush(long_enough));
   // Other content under the same name: the thread must open the file again.
@@ -184,7 +184,7 @@ TEST_CASE("a folder that is not there is told, and written to once it is", "[uni
   const TemporaryFolder folder;
   HistoryStore store({.file = {.path = folder / "later/history.sqlite"}, .write_every = 5ms, .retry = 10ms},
                      life_of(1));
-  store.start();
+  REQUIRE(store.start());
   store.offer(*minute_of(1));
   CHECK_FALSE(store.flush(long_enough));  // until the next attempt has failed
   CHECK(store.is_failing());
@@ -197,7 +197,7 @@ TEST_CASE("a folder that is not there is told, and written to once it is", "[uni
 
 TEST_CASE("without a path nothing is kept, and nothing is wrong", "[unit][history]") {
   HistoryStore store({}, life_of(1));
-  store.start();
+  REQUIRE(store.start());
   store.offer(*minute_of(1));
   CHECK(store.flush(1ms));
   CHECK(store.health().state == HistoryState::off);
@@ -244,7 +244,7 @@ TEST_CASE("the tap keeps minutes and events of a core, and says once what become
     }
     tap.decided(bench.now(), decisions);
   };
-  store.start();
+  REQUIRE(store.start());
   while (!store.is_failing()) std::this_thread::yield();
   bench.run(5s);
   REQUIRE(lines.size() == 1);
@@ -275,7 +275,7 @@ TEST_CASE("rows that were lost are told as rows, however long each was to be", "
       life);
   HistoryTap tap(bench.core(), store, 1s, [&](Severity, std::string_view line) { lines.emplace_back(line); });
   bench.each_ms = [&] { tap.decided(bench.now(), {}); };
-  store.start();
+  REQUIRE(store.start());
   while (!store.is_failing()) std::this_thread::yield();
   bench.run(10s);
   const std::uint64_t lost = store.health().rows_lost;

@@ -64,6 +64,18 @@ TEST_CASE("a start listens for three periods of a master and a random time", "[u
   CHECK(claim_length(config, 0) == 300ms);
 }
 
+TEST_CASE("a claim that was never held is not taken up, however young the clock is", "[unit][claim][F39]") {
+  MasterClaim claim;
+  claim.begin(length, false);
+  const TimePoint first = TimePoint{} + claim_lapse / 2;
+  claim.note_port(Port::internal, true, first);
+  CHECK(claim.is_listening());
+  claim.note_port(Port::internal, false, first + 1ms);
+  claim.note_port(Port::internal, true, first + 2ms);
+  CHECK(claim.is_listening());
+  CHECK_FALSE(claim.may_command());
+}
+
 TEST_CASE("nothing may be sent before a start has listened for its time", "[unit][claim][F39]") {
   MasterClaim claim;
   claim.begin(length, false);
@@ -223,6 +235,17 @@ TEST_CASE("a port that was down, and a gap in which the unit has opened by itsel
   MasterClaim unused = held();
   unused.note_port(Port::vehicle, false, start + 1s);  // not a bus of masters
   CHECK(unused.may_command());
+}
+
+TEST_CASE("a port that begins down is listened to from when it is up", "[unit][claim]") {
+  MasterClaim claim = listening_since_start();
+  claim.note_port(Port::vehicle, false, start);
+  claim.step(start + length);
+  REQUIRE(claim.stage() == ClaimStage::proving);
+  CHECK_FALSE(claim.may_send(Port::vehicle, start + length));
+  claim.note_port(Port::vehicle, true, start + 1s);
+  CHECK_FALSE(claim.may_send(Port::vehicle, start + 1s + length - 1ns));
+  CHECK(claim.may_send(Port::vehicle, start + 1s + length));
 }
 
 TEST_CASE("a claim that is kept sends at once where its ports are up, and listens on those that come later",

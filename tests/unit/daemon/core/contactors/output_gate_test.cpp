@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "devices/cell_data/cell_data.hpp"
 #include "devices/device_list.hpp"
 #include "protocol/message.hpp"
 #include "protocol/tables/internal_bus.hpp"
@@ -53,6 +54,18 @@ TEST_CASE("no contactor leaves without the permission to stay closed, other outp
   }
   CHECK(judge_output(Port::internal, contactor_command_frame({.main_negative = true}, 1), {}) ==
         GateVerdict::not_permitted);
+}
+
+TEST_CASE("without identifiers for cyclic cell data none passes, at whichever identifier", "[unit][gate]") {
+  for (const MessageSpec* const row : {&cell_data::voltages, &cell_data::temperatures}) {
+    for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
+      if (vehicle_bus::catalogue.find(id).message != nullptr) continue;
+      CanFrame frame;
+      frame.id = id;
+      frame.length = row->length;
+      CHECK(judge_output(Port::vehicle, frame, {}) == GateVerdict::not_ours);
+    }
+  }
 }
 
 TEST_CASE("rules that nobody filled in let no contactor close", "[unit][gate]") {

@@ -402,6 +402,29 @@ TEST_CASE("a module without the report that its pack file requires is a fault, a
   CHECK_FALSE(world.read(id).is_known);
 }
 
+TEST_CASE("an old report of one module leaves the report of front ends partial, whichever module follows",
+          "[unit][faults][RR_7]") {
+  CoreConfig config = test::small_pack();
+  for (ModuleConfig& module : config.modules) module.must_report_front_end = true;
+  World world(config);
+  const auto report = [&world](std::size_t index, TimePoint at) {
+    CanFrame frame = make_frame(internal_bus::module, world.config.modules[index].node);
+    write<internal_bus::module, "front_end_faults_reported">(frame, 1);
+    world.modules().observe(internal_bus::module, world.config.modules[index].node, frame, at);
+  };
+  const std::size_t count = config.modules.size();
+  for (std::size_t old = 0; old < count; ++old) {
+    CAPTURE(old);
+    for (std::size_t index = 0; index < count; ++index) report(index, world.now);
+    world.now += world.config.ages.module_status + 1ns;
+    for (std::size_t index = 0; index < count; ++index) {
+      if (index != old) report(index, world.now);
+    }
+    CHECK_FALSE(world.is_true(FaultId::front_end_faults_missing));
+    CHECK(world.read(FaultId::front_end_faults_missing).is_partial);
+  }
+}
+
 TEST_CASE("a module that is not set up is named, before anybody is asked nothing is known of it",
           "[unit][faults][MMU_UV]") {
   World world;

@@ -136,6 +136,17 @@ TEST_CASE("the core holds the power of the pack at once, and its power limits ar
   holds();  // with the voltage drop of 15 A it may be more
 }
 
+TEST_CASE("a pack without tables of its cells has no resistance to predict with", "[unit][limits][POW_1]") {
+  CoreConfig config = test::small_pack();
+  config.dynamics = {};
+  LivingPack pack(config, 0.5);
+  pack.run(3s);
+  REQUIRE(pack.estimate().size() == 8);
+  const LoadResistance whole = load_resistance(pack.estimate());
+  CHECK(whole.peak_Ohm == 0.0);
+  CHECK(whole.continuous_Ohm == 0.0);
+}
+
 TEST_CASE("the resistance over ten seconds and a minute is that of all cells, taken the bad way",
           "[unit][limits][POW_1]") {
   CoreConfig config = test::small_pack();

@@ -48,7 +48,7 @@ struct Bench {
     recorder = std::move(*opened);
     recorder->feed().begin(run->now());
     run->set_tap(&recorder->feed());
-    recorder->start();
+    REQUIRE(recorder->start());
   }
   void run_to(Duration elapsed) {
     while (run->elapsed() < elapsed) run->step();
@@ -151,7 +151,7 @@ TEST_CASE("a recording's times are those of the wall clock, however late it begi
   REQUIRE(recorder);
   const std::int64_t unix_s = std::time(nullptr);
   (*recorder)->feed().begin(began);
-  (*recorder)->start();
+  REQUIRE((*recorder)->start());
   (*recorder)->feed().decided(began, core.decide(began));
   REQUIRE((*recorder)->end(60s) == RecorderEnd::all_written);
   const auto drives = files_in(folder / "drive");
