@@ -60,8 +60,8 @@ void compare_texts(const std::string& before, const std::string& now, const std:
 }  // namespace
 
 std::string to_text(const PackChange& change) {
-  const auto or_none = [](const std::string& text) { return text.empty() ? "not there" : text; };
-  return change.file + ": " + change.path + ": " + or_none(change.before) + ", now " + or_none(change.now);
+  const auto or_none = [](const std::string& text) { return text.empty() ? "absent" : text; };
+  return change.file + ": " + change.path + ": " + or_none(change.before) + " -> " + or_none(change.now);
 }
 
 std::vector<PackChange> pack_changes(const PackSources& before, const PackSources& now) {

@@ -18,18 +18,18 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
 set(CPACK_COMPONENT_BMUD_DESCRIPTION "master of a distributed battery management system on CAN
-bmud polls the units that measure the cells of a traction pack, holds every
-value against its limit and its age, switches the contactors, estimates charge
+bmud polls the units that measure the cells of a traction pack, checks the
+limit and the age of every value, controls the contactors, estimates charge
 and health, and reports to the vehicle with the messages 620h to 628h. It runs
 as a service on a Linux machine with SocketCAN.")
 set(CPACK_COMPONENT_BMUD-TOOLS_DESCRIPTION "tools around the battery management master bmud
-bmuctl shows and asks a running daemon, bmudump reads the frames of the
-battery's buses and candump's logs, bmureplay runs a recording through the
-same decisions again, bmucell fits cell files and scores estimators.")
+bmuctl queries and controls a running daemon, bmudump decodes the frames of
+the battery's buses and candump's logs, bmureplay replays a recording through
+the core, bmucell fits cell files and scores estimators.")
 set(CPACK_COMPONENT_MMUSIM_DESCRIPTION "scripted battery pack on a CAN bus, for testing bmud without hardware
-mmusim answers a battery management master in place of module units, current
-sensor, power distribution unit and charger, from a model of the pack with its
-currents and its heat, by a script or as it comes.")
+mmusim emulates module units, current sensor, power distribution unit and
+charger for a battery management master, from a model of the pack with its
+currents and its heat, with or without a script.")
 
 set(CPACK_DEBIAN_BMUD_PACKAGE_NAME bmud)
 set(CPACK_DEBIAN_BMUD_PACKAGE_SECTION misc)

@@ -75,7 +75,7 @@ std::string ways_out(const PackConfig& pack, const PaceRow& row, Suffices suffic
 }
 
 std::string takes_text(const std::optional<Duration>& time) {
-  return time ? "up to " + std::to_string(ms_up(*time)) + " ms" : "for ever";
+  return time ? "up to " + std::to_string(ms_up(*time)) + " ms" : "too long";
 }
 
 void check_pace(const PackConfig& pack, const Place& place, const PaceRow& row, ProblemList& problems) {
@@ -86,7 +86,7 @@ void check_pace(const PackConfig& pack, const Place& place, const PaceRow& row, 
   problems.add(key, std::to_string(to_ms(period)),
                ways_out(pack, row, fits) + ": all answers of " + std::to_string(pack.core.modules.size()) +
                    " modules take " + takes_text(cycle_time_max(pack.core, all_wants, rate_kbit_per_s)) + " at " +
-                   std::to_string(rate_kbit_per_s) + " kbit/s, with those of modules asked alone " +
+                   std::to_string(rate_kbit_per_s) + " kbit/s, with single polls of modules " +
                    takes_text(period_min(pack.core, rate_kbit_per_s)));
 }
 

@@ -64,11 +64,11 @@ RateFinding judge_rate(const PackConfig& pack, std::string_view file_name, std::
   const std::string wanted = kbit_text(wanted_bit_per_s) + " kbit/s";
   if (is_near(found_bit_per_s, wanted_bit_per_s)) {
     finding.verdict = RateVerdict::as_wanted;
-    finding.text = pack.buses.internal + " is set to " + kbit_text(found_bit_per_s) + " kbit/s, as wanted";
+    finding.text = pack.buses.internal + ": bitrate " + kbit_text(found_bit_per_s) + " kbit/s as configured";
     return finding;
   }
-  finding.text = std::string(file_name) + ": /buses/internal_kbit_per_s: found " + pack.buses.internal + " set to " +
-                 kbit_text(found_bit_per_s) + " kbit/s, wanted " + wanted;
+  finding.text = std::string(file_name) + ": /buses/internal_kbit_per_s: found " + pack.buses.internal + " at " +
+                 kbit_text(found_bit_per_s) + " kbit/s, expected " + wanted;
   if (found_bit_per_s < kbit) {  // no controller is this slow; nothing fits
     finding.verdict = RateVerdict::too_slow;
     return finding;
@@ -77,8 +77,8 @@ RateFinding judge_rate(const PackConfig& pack, std::string_view file_name, std::
   const std::string slow_for = too_slow_for(real);
   finding.verdict = slow_for.empty() ? RateVerdict::differs : RateVerdict::too_slow;
   finding.text += "; " + bus_use_text(real) +
-                  (slow_for.empty() ? ", which fits; who is set to " + wanted + " is not understood"
-                                    : ", too long for " + slow_for);
+                  (slow_for.empty() ? ", which is sufficient, but nodes at " + wanted + " cannot communicate"
+                                    : ", bus load too high for " + slow_for);
   return finding;
 }
 

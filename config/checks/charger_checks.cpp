@@ -72,7 +72,7 @@ void check_mains_request(const Check& check) {
   const ChargerConfig& charger = check.charger();
   if (!charger.requests_mains || !check.may_judge("requests_mains", check.at("protocol"))) return;
   if (charger.driver != nullptr && charger.driver->can_request_mains) return;
-  const std::string who = charger.driver != nullptr ? std::string(charger.driver->name) + " has no word for it"
+  const std::string who = charger.driver != nullptr ? std::string(charger.driver->name) + " does not support it"
                                                     : std::string("no protocol is named");
   check.problems.add(check.at("requests_mains"), "true", "false, as " + who);
 }
@@ -92,7 +92,7 @@ void check_end_current(const Check& check) {
   const ChargerConfig& charger = check.charger();
   if (charger.end_current_mA * 2 <= charger.current_max_mA) return;
   check.problems.add(check.at("end_current_mA"), number_text(charger.end_current_mA),
-                     "at most half of what is asked for at all, " + number_text(charger.current_max_mA));
+                     "at most half of the maximum request, " + number_text(charger.current_max_mA));
 }
 
 /// A voltage below that of full cells ends no charge, and a full pack would look like a runaway.

@@ -49,7 +49,7 @@ void check_module(const Check& check, std::size_t index) {
   check_sensor_count(check, index, check.driver().temperature_count_max, "of " + check.name());
   if (module.serial_number) {
     check.add(place.at("serial_number"), number_text(static_cast<double>(*module.serial_number)),
-              "nothing, as " + check.name() + " tells none");
+              "nothing, as " + check.name() + " reports none");
   }
   if (module.must_report_front_end) {
     check.add(place.at("front_end_faults"), "true", "false, as " + check.name() + " does not report them");
@@ -62,8 +62,7 @@ void check_period(const Check& check, std::string_view key, Duration period) {
   if (period >= driver.round_min && period <= driver.round_max) return;
   check.add(check.root.at("poll").at(key), number_text(static_cast<double>(to_ms(period))),
             number_text(static_cast<double>(to_ms(driver.round_min))) + " to " +
-                number_text(static_cast<double>(to_ms(driver.round_max))) + ", as " + check.name() +
-                " is known to be asked");
+                number_text(static_cast<double>(to_ms(driver.round_max))) + ", as " + check.name() + " can be polled");
 }
 
 void check_poll(const Check& check) {
@@ -73,7 +72,7 @@ void check_poll(const Check& check) {
   check_period(check, "parked_period_ms", poll.parked_period);
   if (poll.temperature_every != 1) {
     check.add(check.root.at("poll").at("temperature_every"), number_text(poll.temperature_every),
-              "1, as " + check.name() + " tells all of it with every answer");
+              "1, as " + check.name() + " reports all of it with every answer");
   }
 }
 
@@ -109,7 +108,7 @@ void check_balancing(const Check& check) {
               "\"ocv\" or \"terminal_voltage\", as " + check.name() + " bleeds by voltage and takes no times");
   }
   if (balancing.is_autonomous_allowed) {
-    check.add(place.at("autonomous"), "true", "false, as " + check.name() + " cannot be told");
+    check.add(place.at("autonomous"), "true", "false, as " + check.name() + " does not support it");
   }
 }
 

@@ -157,7 +157,7 @@ void check_reaction(const Check& check, const LimitRow& row) {
   const Duration confirm_max = confirmed_max - std::max(age, unseen) - tick_allowance;
   if (confirm <= confirm_max) return;
   const std::string reason = unseen > age ? "where modules sample every " + ms_text(interval.sampled_every) +
-                                                " and are asked every " + ms_text(interval.value)
+                                                " and are polled every " + ms_text(interval.value)
                                           : "with " + std::string(row.age_key) + " " + digits_of(to_ms(age));
   check.problems.add(confirm_place, digits_of(to_ms(confirm)),
                      "at most " + digits_of(std::max<std::int64_t>(to_ms(confirm_max), 0)) + " " + reason + budget);
@@ -577,15 +577,16 @@ void check_unit_is_needed(const Check& check) {
   const Place monitoring = check.root.at("insulation").at("monitoring");
   if (check.problems.is_good(monitoring) && check.core().insulation.monitoring == InsulationMonitoring::measured &&
       !check.core().insulation.is_heard_itself()) {
-    check.problems.add(monitoring, "\"measured\"",
-                       "\"ok_line\", as no unit tells a resistance with contactors/pdu false, nor a monitor of "
-                       "insulation/protocol or gpio/insulation_pulses");
+    check.problems.add(
+        monitoring, "\"measured\"",
+        "\"ok_line\", because no PDU reports a resistance with contactors/pdu false, nor does a monitor of "
+        "insulation/protocol or gpio/insulation_pulses");
   }
   const Place throttle = check.root.at("auxiliary").at("throttle_on_permille");
   const std::int32_t throttle_on_permille = check.core().auxiliary.throttle_on_permille;
   if (check.problems.is_good(throttle) && throttle_on_permille > 0) {
     check.problems.add(throttle, digits_of(throttle_on_permille),
-                       "0, as no unit tells the throttle with contactors/pdu false");
+                       "0, because no PDU reports the throttle with contactors/pdu false");
   }
 }
 
@@ -597,7 +598,7 @@ void check_without_unit(const Check& check) {
   const LinesConfig& lines = check.core().lines;
   if (!lines.has_vehicle_on && !lines.has_charger_connected) {
     check.problems.add(check.root.at("gpio").at("inputs"), "neither vehicle_on nor charger_connected",
-                       "an input of either kind, as contactors/pdu is false: nobody else asks for a closed pack");
+                       "an input of either kind, because contactors/pdu is false: there is no other close request");
   }
   check_unit_is_needed(check);
 }

@@ -46,10 +46,10 @@ constexpr Rule rules[] = {
        return (core.sensor.second_command_id == 0) != (core.sensor.second_response_id == 0);
      },
      "one of second_command_id and second_response_id",
-     "both, or neither: a second sensor that is asked has to answer"},
+     "both, or neither: a second sensor whose settings are read must answer"},
     {"sensor", "second_command_id", "protocol",
      [](const CoreConfig& core) { return core.sensor.second_command_id != 0 && core.sensor.set_up == nullptr; },
-     "an identifier", "nothing, as protocol names none in which a sensor can be asked"},
+     "an identifier", "nothing, because protocol names none with readable settings"},
     {"sensor", "second_command_id", "has_second_current",
      [](const CoreConfig& core) { return core.sensor.second_command_id != 0 && !core.sensor.has_second_at_531h(); },
      "an identifier", "nothing, as there is no second sensor at 531h (has_second_current, and no other protocol)"},
@@ -68,13 +68,13 @@ constexpr Rule rules[] = {
      [](const CoreConfig& core) {
        return core.insulation.driver != nullptr && core.insulation.monitoring != InsulationMonitoring::measured;
      },
-     "\"ok_line\"", "\"measured\", as the monitor of insulation/protocol tells its resistance"},
+     "\"ok_line\"", "\"measured\", because the monitor of insulation/protocol reports its resistance"},
     {"insulation", "monitoring", "protocol",
      [](const CoreConfig& core) {
        return core.insulation.has_pulse_line && core.insulation.driver == nullptr &&
               core.insulation.monitoring != InsulationMonitoring::measured;
      },
-     "\"ok_line\"", "\"measured\", as the pulses on the line of gpio/insulation_pulses tell a resistance"},
+     "\"ok_line\"", "\"measured\", because the pulses on the line of gpio/insulation_pulses report a resistance"},
     {"gpio", "insulation_pulses", "",
      [](const CoreConfig& core) { return core.insulation.has_pulse_line && core.insulation.driver != nullptr; },
      "a line", "none, as insulation/protocol names a monitor already: a pack has one, on a bus or on a line"},

@@ -19,7 +19,7 @@ constexpr LimitKeys keys_mK_per_s{"warn_mK_per_s", "limit_mK_per_s", "open_mK_pe
 constexpr LimitKeys keys_permille{"warn_permille", "limit_permille", "open_permille", "hysteresis_permille"};
 constexpr LimitKeys keys_ms{"warn_ms", "limit_ms", "open_ms", "hysteresis_ms"};
 
-constexpr std::string_view limit_meaning = "from here the allowed current falls; not given: from the warning on";
+constexpr std::string_view limit_meaning = "start of current derating; default: the warning threshold";
 
 /// The middle tier, which has no default of its own.
 template <std::int64_t Scale>
@@ -35,20 +35,21 @@ constexpr Field<LimitConfig> limit_tier(std::string_view key, double min, double
 template <std::int64_t Scale>
 constexpr std::array<Field<LimitConfig>, 5> limit_table(LimitKeys keys, double min, double max, double hysteresis_max) {
   return {
-      required(number<&LimitConfig::warn, Scale>({.key = keys.warn, .min = min, .max = max, .meaning = "reported"})),
+      required(number<&LimitConfig::warn, Scale>(
+          {.key = keys.warn, .min = min, .max = max, .meaning = "warning threshold"})),
       required(number<&LimitConfig::open, Scale>(
-          {.key = keys.open, .min = min, .max = max, .meaning = "the fault; reaching it is enough"})),
+          {.key = keys.open, .min = min, .max = max, .meaning = "fault threshold (inclusive)"})),
       required(number<&LimitConfig::hysteresis, Scale>({.key = keys.hysteresis,
                                                         .min = 1,
                                                         .max = hysteresis_max,
-                                                        .meaning = "how far back behind it counts as good again"})),
-      required(
-          number<&LimitConfig::confirm>({.key = "confirm_ms",
-                                         .min = 0,
-                                         .max = 1'000,
-                                         .meaning = "how long, over at least two samples, before it is believed"})),
+                                                        .meaning = "hysteresis for leaving the threshold"})),
+      required(number<&LimitConfig::confirm>(
+          {.key = "confirm_ms",
+           .min = 0,
+           .max = 1'000,
+           .meaning = "debounce time until the fault is confirmed, at least two samples"})),
       required(number<&LimitConfig::clear>(
-          {.key = "clear_ms", .min = 100, .max = 600'000, .meaning = "how long good before it counts as gone"})),
+          {.key = "clear_ms", .min = 100, .max = 600'000, .meaning = "healing time until the cause counts as gone"})),
   };
 }
 
@@ -82,62 +83,65 @@ constexpr auto confirm_time(std::string_view key, double max, std::string_view m
 }
 constexpr std::array confirm_table{
     confirm_time<&ConfirmTimes::discharge_not_allowed>("discharge_not_allowed_ms", 100,
-                                                       "current out of the pack while that is forbidden"),
+                                                       "discharge current while discharging is inhibited"),
     confirm_time<&ConfirmTimes::charge_not_allowed>("charge_not_allowed_ms", 100,
-                                                    "current into the pack while that is forbidden"),
-    confirm_time<&ConfirmTimes::current_while_open>("current_while_open_ms", 100,
-                                                    "current although everything is open"),
+                                                    "charge current while charging is inhibited"),
+    confirm_time<&ConfirmTimes::current_while_open>("current_while_open_ms", 100, "current with all contactors open"),
     confirm_time<&ConfirmTimes::current_contradicts_voltage>(
         "current_contradicts_voltage_ms", 500,
-        "cells that answer a change of the current the wrong way round, or move without one"),
-    confirm_time<&ConfirmTimes::cell_not_measured>("cell_not_measured_ms", 150, "a cell that a module does not know"),
-    confirm_time<&ConfirmTimes::temperature_not_measured>("temperature_not_measured_ms", 100,
-                                                          "a temperature that is missing"),
-    confirm_time<&ConfirmTimes::open_wire>("open_wire_ms", 150, "an open sense wire"),
+        "cell voltages that respond to a current change in the wrong direction, or change without one"),
+    confirm_time<&ConfirmTimes::cell_not_measured>("cell_not_measured_ms", 150, "invalid cell voltage"),
+    confirm_time<&ConfirmTimes::temperature_not_measured>("temperature_not_measured_ms", 100, "missing temperature"),
+    confirm_time<&ConfirmTimes::open_wire>("open_wire_ms", 150, "open sense wire"),
     confirm_time<&ConfirmTimes::module_reports_fault>("module_reports_fault_ms", 150,
-                                                      "a failed cell or self-test that a module reports"),
+                                                      "cell fault or failed self-test reported by a module"),
     confirm_time<&ConfirmTimes::module_reports_undervoltage>("module_reports_undervoltage_ms", 150,
-                                                             "an empty cell that a module reports"),
-    confirm_time<&ConfirmTimes::module_warning>("module_warning_ms", 10'000, "what a module warns of"),
-    confirm_time<&ConfirmTimes::insulation_fault>("insulation_fault_ms", 1'000, "a monitor that does not say OK"),
+                                                             "empty cell reported by a module"),
+    confirm_time<&ConfirmTimes::module_warning>("module_warning_ms", 10'000, "warning reported by a module"),
+    confirm_time<&ConfirmTimes::insulation_fault>("insulation_fault_ms", 1'000, "insulation monitor not OK"),
     confirm_time<&ConfirmTimes::insulation_monitor_lost>(
         "insulation_monitor_lost_ms", 1'750,
-        "a monitor that does not measure; one on a bus after 500 ms at the latest"),
+        "insulation monitor not measuring; a monitor on a bus after 500 ms at the latest"),
     confirm_time<&ConfirmTimes::link_not_following>("link_not_following_ms", 200,
-                                                    "a link that is not the pack although the contactors are closed"),
+                                                    "DC link voltage differs from pack voltage with contactors closed"),
     confirm_time<&ConfirmTimes::link_not_discharging>("link_not_discharging_ms", 1'000,
-                                                      "a link that stays with the pack although they are open"),
+                                                      "DC link still at pack voltage with contactors open"),
 };
 
 constexpr std::array current_table{
     required(number<&CurrentLimitConfig::discharge_continuous_mA>({.key = "discharge_continuous_mA",
                                                                    .min = 1,
                                                                    .max = pack_current_max_mA,
-                                                                   .meaning = "out of the pack, for ever"})),
+                                                                   .meaning = "continuous discharge current"})),
     number<&CurrentLimitConfig::discharge_peak_mA>(
         {.key = "discharge_peak_mA",
          .min = 0,
          .max = pack_current_max_mA,
-         .meaning = "out of the pack, for a while; 0: the warning of `discharge_overcurrent`"}),
-    number<&CurrentLimitConfig::discharge_peak_for>(
-        {.key = "discharge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
-    required(number<&CurrentLimitConfig::charge_continuous_mA>({.key = "charge_continuous_mA",
-                                                                .min = 1,
-                                                                .max = pack_current_max_mA,
-                                                                .meaning = "into the pack, as a positive number"})),
+         .meaning = "peak discharge current; 0: the warning of `discharge_overcurrent`"}),
+    number<&CurrentLimitConfig::discharge_peak_for>({.key = "discharge_peak_for_ms",
+                                                     .min = 100,
+                                                     .max = 120'000,
+                                                     .meaning = "maximum duration of the peak, starting from rest"}),
+    required(number<&CurrentLimitConfig::charge_continuous_mA>(
+        {.key = "charge_continuous_mA",
+         .min = 1,
+         .max = pack_current_max_mA,
+         .meaning = "continuous charge current, as a positive number"})),
     number<&CurrentLimitConfig::charge_peak_mA>(
         {.key = "charge_peak_mA",
          .min = 0,
          .max = pack_current_max_mA,
-         .meaning = "into the pack, for a while; 0: the warning of `charge_overcurrent`"}),
-    number<&CurrentLimitConfig::charge_peak_for>(
-        {.key = "charge_peak_for_ms", .min = 100, .max = 120'000, .meaning = "how long that may last from rest"}),
+         .meaning = "peak charge current; 0: the warning of `charge_overcurrent`"}),
+    number<&CurrentLimitConfig::charge_peak_for>({.key = "charge_peak_for_ms",
+                                                  .min = 100,
+                                                  .max = 120'000,
+                                                  .meaning = "maximum duration of the peak, starting from rest"}),
     number<&CurrentLimitConfig::limp_home_discharge_mA>(
         {.key = "limp_home_discharge_mA",
          .min = 0,
          .max = pack_current_max_mA,
-         .meaning = "so much may be drawn although tables and lines would allow less, until a threshold is reached, a "
-                    "voltage would fall too low, or a fault forbids it; 0: no such floor"}),
+         .meaning = "minimum discharge current that derating leaves, until a threshold is reached, an undervoltage is "
+                    "predicted or a fault forbids it; 0: none"}),
 };
 
 // A bound chosen by this program: above it a wrong digit is more likely than such a pack.
@@ -147,13 +151,14 @@ constexpr std::array pack_limit_table{
         {.key = "power_max_W",
          .min = 0,
          .max = pack_power_max_W,
-         .meaning = "out of the pack and into it: the current is at most this power at the measured pack voltage, and "
-                    "none while that is not known; 0: no such rule"}),
+         .meaning = "maximum power in both directions: limits the current at the measured pack voltage, to zero while "
+                    "that is unknown; 0: not limited"}),
     number<&PackLimitsConfig::voltage_max_V>(
         {.key = "voltage_max_V",
          .min = 0,
          .max = 2'000,
-         .meaning = "of the pack with all cells at `open_mV` of `cell_overvoltage`: more is refused; 0: no such rule"}),
+         .meaning = "maximum voltage of the pack with all cells at `open_mV` of `cell_overvoltage`; a higher one is "
+                    "refused; 0: not limited"}),
 };
 
 constexpr FieldInfo bound_info(std::string_view key, std::string_view meaning) {
@@ -161,20 +166,20 @@ constexpr FieldInfo bound_info(std::string_view key, std::string_view meaning) {
 }
 constexpr std::array bound_table{
     number<&CurrentBounds::discharge_continuous_mA>(
-        bound_info("discharge_continuous_mA", "out of the pack, for ever; 0: nothing is said of it")),
+        bound_info("discharge_continuous_mA", "continuous discharge current; 0: not limited")),
     number<&CurrentBounds::discharge_peak_mA>(
-        bound_info("discharge_peak_mA", "the same for as long as the pack's peak; 0: the continuous one")),
+        bound_info("discharge_peak_mA", "the same for the duration of the pack's peak; 0: the continuous one")),
     number<&CurrentBounds::charge_continuous_mA>(
-        bound_info("charge_continuous_mA", "into the pack, as a positive number; 0: nothing is said of it")),
+        bound_info("charge_continuous_mA", "continuous charge current, as a positive number; 0: not limited")),
     number<&CurrentBounds::charge_peak_mA>(
-        bound_info("charge_peak_mA", "the same for as long as the pack's peak; 0: the continuous one")),
+        bound_info("charge_peak_mA", "the same for the duration of the pack's peak; 0: the continuous one")),
 };
 
 constexpr std::array part_table{
     required(text<&PartConfig::name>({.key = "name",
                                       .min = 1,
                                       .max = std::tuple_size_v<decltype(PartConfig::name)>,
-                                      .meaning = "what it is called where it binds: `main fuse`",
+                                      .meaning = "name shown when this component limits the current, e.g. `main fuse`",
                                       .is_well_formed = is_printable_ascii,
                                       .form = "1 to 24 printable ASCII characters"})),
 };
@@ -185,17 +190,17 @@ constexpr FieldInfo ramp_info(std::string_view key, std::string_view meaning) {
 }
 constexpr std::array ramp_table{
     real<&LimitRampConfig::discharge_fall_mA_per_s, 1'000>(
-        ramp_info("discharge_fall_A_per_s", "of what may be drawn; 0: all of it in a quarter of a second")),
+        ramp_info("discharge_fall_A_per_s", "decrease of the discharge limit; 0: all of it in a quarter of a second")),
     real<&LimitRampConfig::discharge_rise_mA_per_s, 1'000>(
-        ramp_info("discharge_rise_A_per_s", "of what may be drawn; 0: all of it in ten seconds")),
+        ramp_info("discharge_rise_A_per_s", "increase of the discharge limit; 0: all of it in ten seconds")),
     real<&LimitRampConfig::charge_fall_mA_per_s, 1'000>(
-        ramp_info("charge_fall_A_per_s", "of what may be charged; 0: all of it in a quarter of a second")),
+        ramp_info("charge_fall_A_per_s", "decrease of the charge limit; 0: all of it in a quarter of a second")),
     real<&LimitRampConfig::charge_rise_mA_per_s, 1'000>(
-        ramp_info("charge_rise_A_per_s", "of what may be charged; 0: all of it in ten seconds")),
+        ramp_info("charge_rise_A_per_s", "increase of the charge limit; 0: all of it in ten seconds")),
 };
 
-constexpr std::string_view because_module = "so that a silent module opens the pack within 300 ms";
-constexpr std::string_view because_sensor = "so that a silent sensor or unit opens the pack within 300 ms";
+constexpr std::string_view because_module = "required for the 300 ms reaction time to a silent module";
+constexpr std::string_view because_sensor = "required for the 300 ms reaction time to a silent sensor or PDU";
 constexpr double module_age_max = static_cast<double>(to_ms(module_silence_max - tick_allowance));
 constexpr double sensor_age_max = static_cast<double>(to_ms(sensor_silence_max - tick_allowance));
 constexpr double temperature_age_max =
@@ -207,16 +212,15 @@ constexpr std::array age_table{
                                       .max = module_age_max,
                                       .meaning = "cell voltages",
                                       .because = because_module}),
-    number<&AgeConfig::temperature>(
-        {.key = "temperature_ms",
-         .min = 50,
-         .max = temperature_age_max,
-         .meaning = "cell temperatures",
-         .because = "so that a temperature that is no longer told opens the pack within 950 ms"}),
+    number<&AgeConfig::temperature>({.key = "temperature_ms",
+                                     .min = 50,
+                                     .max = temperature_age_max,
+                                     .meaning = "cell temperatures",
+                                     .because = "a missing temperature must open the contactors within 950 ms"}),
     number<&AgeConfig::module_status>({.key = "module_status_ms",
                                        .min = 50,
                                        .max = module_age_max,
-                                       .meaning = "what modules say about themselves",
+                                       .meaning = "module status",
                                        .because = because_module}),
     number<&AgeConfig::pack_current>({.key = "pack_current_ms",
                                       .min = 50,
@@ -226,7 +230,7 @@ constexpr std::array age_table{
     number<&AgeConfig::pack_voltage>({.key = "pack_voltage_ms",
                                       .min = 50,
                                       .max = sensor_age_max,
-                                      .meaning = "pack and link voltage",
+                                      .meaning = "pack and DC link voltage",
                                       .because = because_sensor}),
     number<&AgeConfig::pdu_status>({.key = "pdu_status_ms",
                                     .min = 50,
@@ -242,12 +246,12 @@ constexpr std::array limit_row_table{
              "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max, "The highest cell."},
     LimitRow{"cell_deep_discharge", &LimitsConfig::cell_deep_discharge, false, false, deep_limit_table, "mV", 1'000,
              "cell_voltage_ms", &AgeConfig::cell_voltage, electrical_reaction_max,
-             "The lowest cell, where it must not be charged again before somebody has looked. Left out: the cell's "
+             "The lowest cell, below which the pack must be inspected before it is charged again. Left out: the cell's "
              "absolute minimum."},
     LimitRow{"cell_imbalance", &LimitsConfig::cell_imbalance, true, false, imbalance_limit_table, "mV", 1'000,
              "cell_voltage_ms", &AgeConfig::cell_voltage, plausibility_reaction_max,
-             "Highest less lowest cell. Left out: a fifth of the window between `cell_undervoltage` and "
-             "`cell_overvoltage` warns, half of it opens."},
+             "Cell voltage spread. Left out: a fifth of the window between `cell_undervoltage` and `cell_overvoltage` "
+             "warns, half of it opens."},
     LimitRow{"cell_overtemperature", &LimitsConfig::cell_overtemperature, true, true, temperature_limit_table, "dC", 1,
              "temperature_ms", &AgeConfig::temperature, temperature_reaction_max, "The hottest sensor."},
     LimitRow{"cell_undertemperature", &LimitsConfig::cell_undertemperature, false, true, temperature_limit_table, "dC",
@@ -272,10 +276,10 @@ constexpr std::array limit_row_table{
              "Hottest less coldest sensor. Left out: 15 and 30 K."},
     LimitRow{"discharge_overcurrent", &LimitsConfig::discharge_overcurrent, true, true, overcurrent_limit_table, "mA",
              1, "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
-             "Current out of the pack. Without `limit_mA` it takes nothing from the allowed current before it opens."},
+             "Discharge current. Without `limit_mA` it does not derate the permitted current before it opens."},
     LimitRow{"charge_overcurrent", &LimitsConfig::charge_overcurrent, true, true, overcurrent_limit_table, "mA", 1,
              "pack_current_ms", &AgeConfig::pack_current, electrical_reaction_max,
-             "Current into the pack, as a positive number. Without `limit_mA` as above."},
+             "Charge current, as a positive number. Without `limit_mA` as above."},
     LimitRow{"pack_voltage_mismatch", &LimitsConfig::pack_voltage_mismatch, true, true, mismatch_limit_table, "mV", 1,
              "pack_voltage_ms", &AgeConfig::pack_voltage, plausibility_reaction_max,
              "Difference between the sum of the cells and the pack voltage."},

@@ -28,14 +28,13 @@ constexpr std::array module_table{
         {.key = "temperature_sensors",
          .min = 0,
          .max = cell_sensors_max,
-         .meaning =
-             "sensors at cells, as many as the module says it has: up to 4, of `outlander_cmu` 5; at least one in "
-             "the whole pack"})),
+         .meaning = "sensors at cells, as many as the module reports: up to 4, for `outlander_cmu` 5; at least one in "
+                    "the whole pack"})),
     // Without a default of its own: the module that is expected is then the registered one.
     Field<ModuleEntry>{{.key = "serial_number",
                         .min = 0,
                         .max = serial_number_max,
-                        .meaning = "which module has this node; left out: the one first seen there"},
+                        .meaning = "which module has this node; left out: the one first received there"},
                        nullptr,
                        [](ModuleEntry& entry, const FieldValue& value) {
                          entry.serial_number = static_cast<std::uint32_t>(std::get<double>(value));
@@ -48,7 +47,7 @@ constexpr std::array module_table{
 
 constexpr std::array cell_name_table{
     required(text<&CellFile::name>({.key = "name", .min = 1, .max = 64, .meaning = "name of the cell type"})),
-    text<&CellFile::origin>({.key = "origin", .min = 0, .max = 1024, .meaning = "where the numbers come from"}),
+    text<&CellFile::origin>({.key = "origin", .min = 0, .max = 1024, .meaning = "source of the data"}),
 };
 
 constexpr std::array cell_model_table{

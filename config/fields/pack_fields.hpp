@@ -147,24 +147,23 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   CoreConfig& core = pack.core;
   visit(SectionInfo{"buses", true, "Where the frames come from: `can0` is SocketCAN, `unix:NAME` the embedded bus."},
         bus_fields(), pack.buses);
-  visit(SectionInfo{"current", true, "What the pack can carry for ever, and for a while."}, current_fields(),
-        core.current);
-  visit(SectionInfo{"user_limits", false, "Less than the pack carries, because somebody wants it so."}, bound_fields(),
+  visit(SectionInfo{"current", true, "Continuous and peak current of the pack."}, current_fields(), core.current);
+  visit(SectionInfo{"user_limits", false, "Limits below those of the pack, by choice of the user."}, bound_fields(),
         core.user_limits);
   visit(SectionInfo{"pack_limits", false, "Rules that the pack as a whole has to meet."}, pack_limit_fields(),
         core.pack_limits);
   visit(SectionInfo{"limit_ramp", false,
-                    "How fast the allowed current falls and rises where nothing demands it at once."},
+                    "How fast the permitted current falls and rises where nothing demands an immediate change."},
         ramp_fields(), core.limit_ramp);
   visit(SectionInfo{"confirm", false,
-                    "How long what is simply there or not must last before the fault of that name is believed; a limit "
-                    "has its own `confirm_ms`."},
+                    "How long a condition without thresholds must last until the fault of that name is confirmed; a "
+                    "limit has its own `confirm_ms`."},
         confirm_fields(), core.limits.confirm);
   visit(SectionInfo{"ages", false, "How old a signal may be. Older counts as missing, and missing is never good."},
         age_fields(), core.ages);
-  visit(SectionInfo{"poll", false, "How often the modules are asked."}, poll_fields(), core.poll);
-  visit(SectionInfo{"contactors", true, "The way from open to closed."}, contactor_fields(), core.contactors);
-  visit(SectionInfo{"sensor", false, "Who tells current and voltages, and how it was set up: docs/sensors.md."},
+  visit(SectionInfo{"poll", false, "Poll periods of the modules."}, poll_fields(), core.poll);
+  visit(SectionInfo{"contactors", true, "The sequence from open to closed."}, contactor_fields(), core.contactors);
+  visit(SectionInfo{"sensor", false, "Sensor of current and voltages, and its configuration: docs/sensors.md."},
         sensor_fields(), core.sensor);
   visit(SectionInfo{"insulation", false, "How the insulation of the pack is watched."}, insulation_fields(),
         core.insulation);
@@ -180,13 +179,13 @@ void visit_sections(PackConfig& pack, Visitor visit) {
   visit(SectionInfo{"intake_air", false,
                     "Where the temperature of the intake air, byte 1 of 627h, comes from: docs/vehicle.md."},
         intake_air_fields(), pack.intake_air);
-  visit(SectionInfo{"charger", false, "Chargers that are told what to give: docs/charging.md."}, charger_fields(),
+  visit(SectionInfo{"charger", false, "Chargers that bmud controls: docs/charging.md."}, charger_fields(),
         core.charger);
-  visit(SectionInfo{"inverter", false, "An inverter that is told of the pack: docs/inverters.md."}, inverter_fields(),
-        core.inverter);
+  visit(SectionInfo{"inverter", false, "An inverter that receives the limits of the pack: docs/inverters.md."},
+        inverter_fields(), core.inverter);
   visit(SectionInfo{"foreign_modules", false, "Modules of another maker in place of ours: docs/foreign-modules.md."},
         foreign_module_fields(), core.foreign);
-  visit(SectionInfo{"second_pack", false, "A pack beside this one that tells the same messages, and is listened to."},
+  visit(SectionInfo{"second_pack", false, "A pack beside this one with the same messages, which are received."},
         second_pack_fields(), core.second_pack);
   visit(SectionInfo{"interfaces", false, "Whether the daemon sets up its CAN interfaces itself, and to what."},
         interface_fields(), pack.interfaces);

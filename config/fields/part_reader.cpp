@@ -83,7 +83,7 @@ void read_part(const JsonValue& value, const Place& place, CoreConfig& core, Pro
   const CurrentBounds& most = part.most;
   const bool says_nothing = most.discharge_continuous_mA == 0 && most.discharge_peak_mA == 0 &&
                             most.charge_continuous_mA == 0 && most.charge_peak_mA == 0;
-  if (says_nothing && problems.is_good_throughout(place)) problems.add(place, shown(value), "a current that it bears");
+  if (says_nothing && problems.is_good_throughout(place)) problems.add(place, shown(value), "a rated current");
   check_peaks(most, place, problems);
   core.component_limits.push_back(part);
 }

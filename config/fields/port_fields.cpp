@@ -66,10 +66,9 @@ constexpr std::array bus_table{
         {.key = "internal_kbit_per_s",
          .min = 125,
          .max = 1'000,
-         .meaning =
-             "bit rate of `internal`: what the answers of all modules are reckoned with; the interface is set to it "
-             "elsewhere, or by `interfaces`, and compared with it",
-         .because = "as the modules know no other"}),
+         .meaning = "bitrate of `internal`, used to calculate the bus load of all modules; the interface is configured "
+                    "elsewhere, or by `interfaces`, and compared with it",
+         .because = "the modules support no other"}),
 };
 
 constexpr std::array<std::string_view, vehicle_dialect_count> names_of_dialects() {
@@ -99,7 +98,7 @@ constexpr std::array vehicle_table{
     text<&VehicleConfig::name>({.key = "name",
                                 .min = 1,
                                 .max = 8,
-                                .meaning = "who made it, in the first message; padded with spaces",
+                                .meaning = "manufacturer in the first message, padded with spaces",
                                 .is_well_formed = is_printable_ascii,
                                 .form = "1 to 8 ASCII characters"}),
     text<&VehicleConfig::version>({.key = "version",
@@ -110,21 +109,22 @@ constexpr std::array vehicle_table{
                                    .form = "1 to 8 ASCII characters"}),
     boolean<&VehicleConfig::is_charge_positive>(
         {.key = "charge_is_positive",
-         .meaning = "624h counts the current into the pack as positive, for readers that want it so"}),
+         .meaning = "624h counts the charge current as positive, for receivers that require it"}),
     boolean<&VehicleConfig::is_energy_in_kWh>(
         {.key = "energy_in_kWh", .meaning = "625h of `elithion` counts kWh; else Wh: its readers do not agree"}),
-    optional_id<&VehicleConfig::request_id>(
-        {.key = "request_id",
-         .meaning = "identifier at which tools for a Lithiumate ask for data, there \"745\"; nothing: none is given",
-         .is_well_formed = is_nothing_or_id,
-         .form = id_form}),
+    optional_id<&VehicleConfig::request_id>({.key = "request_id",
+                                             .meaning = "identifier at which tools for a Lithiumate request data, "
+                                                        "there \"745\"; nothing: requests are not answered",
+                                             .is_well_formed = is_nothing_or_id,
+                                             .form = id_form}),
     optional_id<&VehicleConfig::reply_id>({.key = "reply_id",
                                            .meaning = "and of the answers; nothing: 8 above it",
                                            .is_well_formed = is_nothing_or_id,
                                            .form = id_form}),
     boolean<&VehicleConfig::may_clear_faults>(
         {.key = "may_clear_faults",
-         .meaning = "whoever asks there may clear stored faults, as far as a user may: anybody on that bus"}),
+         .meaning =
+             "allow requests there to clear stored faults with the rights of a user, from every node on that bus"}),
     optional_id<&VehicleConfig::cell_voltages_id>(
         {.key = "cell_voltages_id",
          .meaning = "identifier of CELL_VOLTAGES, every cell once a period, such as \"650\"; nothing: not sent",
@@ -143,7 +143,7 @@ constexpr std::array<std::string_view, 2> master_address_names{"F4", "F5"};
 
 constexpr std::array charger_table{
     driver_field<&ChargerConfig::driver, &Device::charger>(
-        {.key = "protocol", .meaning = "what the chargers speak; nothing: none is told anything"}),
+        {.key = "protocol", .meaning = "protocol of the chargers; nothing: none is controlled"}),
     number<&ChargerConfig::unit_count>(
         {.key = "units", .min = 1, .max = charger_units_max, .meaning = "how many of them share the work"}),
     choice<&ChargerConfig::master_address, master_address_names>(
@@ -153,19 +153,17 @@ constexpr std::array charger_table{
         {.key = "current_max_mA",
          .min = 0,
          .max = pack_current_max_mA,
-         .meaning = "most that all of them together are asked for; 0: `current/charge_continuous_mA`"}),
-    number<&ChargerConfig::voltage_max_mV>(
-        {.key = "voltage_max_mV",
-         .min = 0,
-         .max = 1'500'000,
-         .meaning =
-             "most they are asked for; 0: all cells half a percent above `cell_full_mV`, at most at the warning of "
-             "`cell_overvoltage`"}),
+         .meaning = "maximum request to all of them together; 0: `current/charge_continuous_mA`"}),
+    number<&ChargerConfig::voltage_max_mV>({.key = "voltage_max_mV",
+                                            .min = 0,
+                                            .max = 1'500'000,
+                                            .meaning = "maximum request; 0: all cells half a percent above "
+                                                       "`cell_full_mV`, at most at the warning of `cell_overvoltage`"}),
     number<&ChargerConfig::mains_current_max_mA>(
         {.key = "mains_current_max_mA",
          .min = 1'000,
          .max = 100'000,
-         .meaning = "most that each may draw from the mains, where its protocol has a word for it"}),
+         .meaning = "maximum mains current of each, if its protocol supports it"}),
     number<&ChargerConfig::cell_full_uV, 1'000>(
         {.key = "cell_full_mV",
          .min = 0,
@@ -183,7 +181,7 @@ constexpr std::array charger_table{
     number<&ChargerConfig::rise_mA_per_s>({.key = "rise_mA_per_s",
                                            .min = 10,
                                            .max = 1'000'000,
-                                           .meaning = "how fast more is asked for; less is asked for at once"}),
+                                           .meaning = "rise of the request; a lower request takes effect immediately"}),
     number<&ChargerConfig::balance_window_uV, 1'000>(
         {.key = "balance_window_mV",
          .min = 0,
@@ -206,8 +204,8 @@ constexpr std::array charger_table{
         {.key = "opens_when_full", .meaning = "the contactors open once it is full, unless the vehicle is on"}),
     boolean<&ChargerConfig::requests_mains>(
         {.key = "requests_mains",
-         .meaning = "the charger is told to ask a charging post for mains while the pack is being charged, where its "
-                    "protocol has a word for it"}),
+         .meaning = "the charger is commanded to request mains from a charging post while the pack is being charged, "
+                    "if its protocol supports it"}),
 };
 
 constexpr std::array<std::string_view, 3> silent_inverter_names{"warn", "stop", "open"};
@@ -218,27 +216,26 @@ bool is_short_ascii(std::string_view text) {
 
 constexpr std::array inverter_table{
     driver_field<&InverterConfig::driver, &Device::inverter>(
-        {.key = "protocol", .meaning = "what the inverter understands; nothing: none is told anything"}),
-    number<&InverterConfig::period>(
-        {.key = "period_ms",
-         .min = 200,
-         .max = 5'000,
-         .meaning = "from one telling of everything to the next; limits that fall are told at once",
-         .because = "as SMA takes no frame more often than every 200 ms"}),
+        {.key = "protocol", .meaning = "protocol of the inverter; nothing: none is controlled"}),
+    number<&InverterConfig::period>({.key = "period_ms",
+                                     .min = 200,
+                                     .max = 5'000,
+                                     .meaning = "period of all messages; decreasing limits are sent immediately",
+                                     .because = "as SMA takes no frame more often than every 200 ms"}),
     number<&InverterConfig::silence_max>(
         {.key = "silence_max_ms",
          .min = 0,
          .max = 60'000,
-         .meaning = "how long its keep-alive may stay away while the pack is closed; 0: nobody listens for it"}),
+         .meaning = "timeout of its keep-alive while the pack is closed; 0: not monitored"}),
     number<&InverterConfig::first_word_max>(
         {.key = "first_word_max_ms",
          .min = 1'000,
          .max = 600'000,
-         .meaning = "how long one that lives on the pack may take from closing to its first word"}),
+         .meaning = "maximum time from closing to the first message of an inverter that is supplied by the pack"}),
     choice<&InverterConfig::when_silent, silent_inverter_names>(
         {.key = "when_silent",
-         .meaning = "what follows when it is not heard: a warning alone, or nothing may flow by what it "
-                    "is told, or the pack opens, too, 5 s later at the latest"}),
+         .meaning = "reaction to a missing keep-alive: `warn` warning only, `stop` reported limits are zero, `open` "
+                    "the pack opens, too, 5 s later at the latest"}),
     number<&InverterConfig::charge_voltage_max_mV>(
         {.key = "charge_voltage_max_mV",
          .min = 0,
@@ -263,48 +260,44 @@ constexpr std::array inverter_table{
         {.key = "force_charge_below_permille",
          .min = 0,
          .max = 500,
-         .meaning = "state of charge below which it is asked to charge, from the mains if need be; 0: never"}),
+         .meaning = "SOC below which it is requested to charge, from the mains if necessary; 0: never"}),
     number<&InverterConfig::full_charge_after_days>(
         {.key = "full_charge_after_days",
          .min = 0,
          .max = 365,
-         .meaning = "it is asked for a full charge when 97 % have not been reached for so long; 0: never"}),
+         .meaning = "a full charge is requested when 97 % have not been reached for this time; 0: never"}),
     number<&InverterConfig::soh_assumed_permille>(
         {.key = "soh_assumed_permille",
          .min = 0,
          .max = 1'000,
          .meaning =
-             "state of health that is told while it is not known; 0: none, and where the protocol has no code for "
-             "that, nor is the state of charge"}),
-    Field<InverterConfig>{
-        {.key = "discharge_is_positive",
-         .meaning =
-             "356h counts the current out of the pack as positive; left out, as the protocol is known: true with "
-             "orion, else false",
-         .type = FieldType::boolean},
-        nullptr,  // no default: it depends on the protocol
-        [](InverterConfig& inverter, const FieldValue& value) {
-          inverter.is_discharge_positive = std::get<bool>(value);
-        }},
+             "SOH reported while it is unknown; 0: none, and if the protocol has no code for that, no SOC either"}),
+    Field<InverterConfig>{{.key = "discharge_is_positive",
+                           .meaning = "356h counts the discharge current as positive; left out, as the protocol is "
+                                      "known: true with orion, else false",
+                           .type = FieldType::boolean},
+                          nullptr,  // no default: it depends on the protocol
+                          [](InverterConfig& inverter, const FieldValue& value) {
+                            inverter.is_discharge_positive = std::get<bool>(value);
+                          }},
     boolean<&InverterConfig::has_short_frames>(
         {.key = "short_frames", .meaning = "frames end with their last byte that has a meaning; else they have eight"}),
-    Field<InverterConfig>{
-        {.key = "maker",
-         .min = 0,
-         .max = 8,
-         .meaning = "who made the battery, in 35Eh, by which some inverters go; nothing: \"PYLON\" with "
-                    "pylontech, else \"BMUD\"",
-         .is_well_formed = is_short_ascii,
-         .form = "up to 8 ASCII characters",
-         .type = FieldType::text},
-        [](const InverterConfig& inverter) -> FieldValue {
-          return inverter.maker.front() == '\0' ? std::string() : detail::text_of(inverter.maker);
-        },
-        [](InverterConfig& inverter, const FieldValue& value) {
-          const std::string& text = std::get<std::string>(value);
-          inverter.maker = {};
-          if (!text.empty()) detail::assign_text(inverter.maker, text);
-        }},
+    Field<InverterConfig>{{.key = "maker",
+                           .min = 0,
+                           .max = 8,
+                           .meaning = "manufacturer of the battery in 35Eh, which some inverters evaluate; nothing: "
+                                      "\"PYLON\" with pylontech, else \"BMUD\"",
+                           .is_well_formed = is_short_ascii,
+                           .form = "up to 8 ASCII characters",
+                           .type = FieldType::text},
+                          [](const InverterConfig& inverter) -> FieldValue {
+                            return inverter.maker.front() == '\0' ? std::string() : detail::text_of(inverter.maker);
+                          },
+                          [](InverterConfig& inverter, const FieldValue& value) {
+                            const std::string& text = std::get<std::string>(value);
+                            inverter.maker = {};
+                            if (!text.empty()) detail::assign_text(inverter.maker, text);
+                          }},
 };
 
 template <auto Member>
@@ -317,7 +310,7 @@ constexpr Field<ForeignModulesConfig> module_option(FieldInfo info) {
 
 constexpr std::array foreign_module_table{
     driver_field<&ForeignModulesConfig::driver, &Device::modules>(
-        {.key = "protocol", .meaning = "what the modules speak; nothing: they are ours"}),
+        {.key = "protocol", .meaning = "protocol of the modules; nothing: that of bmud"}),
     Field<ForeignModulesConfig>{
         {.key = "temperature_offset_dC",
          .min = -600,
@@ -336,7 +329,7 @@ constexpr std::array foreign_module_table{
          .meaning = "of `outlander_cmu`: 6X2h has cells 5 to 8 and 6X3h cells 1 to 4, as one paper has it and no car"}),
     module_option<&ModuleOptions::idle_as_others>(
         {.key = "idle_as_others",
-         .meaning = "of `i3_csc`: an idle command says 00h in b4, as from others, and not 20h, as from the car"}),
+         .meaning = "of `i3_csc`: an idle command has 00h in b4, as from others, and not 20h, as from the car"}),
 };
 
 constexpr std::array second_pack_table{
@@ -367,11 +360,9 @@ bool is_no_device_or_a_file(std::string_view text) {
 }
 
 constexpr std::array interface_table{
-    boolean<&InterfaceConfig::set_up>(
-        {.key = "set_up",
-         .meaning =
-             "an interface that is down is set to its bit rate and restart, and up, where the daemon has the right "
-             "to (CAP_NET_ADMIN)"}),
+    boolean<&InterfaceConfig::set_up>({.key = "set_up",
+                                       .meaning = "an interface that is down is configured (bitrate, restart) and "
+                                                  "brought up, if the daemon has the permission (CAP_NET_ADMIN)"}),
     number<&InterfaceConfig::vehicle_kbit_per_s>(
         {.key = "vehicle_kbit_per_s",
          .min = 10,
@@ -392,17 +383,16 @@ constexpr std::array interface_table{
          .min = 10,
          .max = 1'000,
          .meaning = "bit rate of `inverter`, if that is an interface of its own"}),
-    number<&InterfaceConfig::restart_ms>(
-        {.key = "restart_ms",
-         .min = 0,
-         .max = 60'000,
-         .meaning = "how long after bus-off a controller comes back; 0: not by itself"}),
+    number<&InterfaceConfig::restart_ms>({.key = "restart_ms",
+                                          .min = 0,
+                                          .max = 60'000,
+                                          .meaning = "automatic restart delay after bus-off; 0: no automatic restart"}),
 };
 constexpr std::array serial_table{
     text<&SerialConfig::device>({.key = "device",
                                  .min = 0,
                                  .max = 255,
-                                 .meaning = "the terminal device of the console; nothing: there is none",
+                                 .meaning = "serial device of the console; empty: none",
                                  .is_well_formed = is_no_device_or_a_file,
                                  .form = "a file such as /dev/ttyUSB0, or nothing"}),
     number<&SerialConfig::bit_rate_Bd>(
@@ -459,18 +449,18 @@ constexpr std::array gpio_line_table{
 constexpr FieldInfo debounce_info{.key = "debounce_ms",
                                   .min = 0,
                                   .max = static_cast<double>(to_ms(gpio_debounce_max)),
-                                  .meaning = "how long a level stands still before it counts",
-                                  .because = "as long as PDU_STATUS may take to tell the same"};
+                                  .meaning = "debounce time",
+                                  .because = "the maximum delay of the same state in PDU_STATUS"};
 constexpr std::array gpio_feedback_table{number<&GpioFeedback::debounce>(debounce_info)};
 
 constexpr std::array gpio_input_table{
     required(text<&GpioInput::name>({.key = "name",
                                      .min = 1,
                                      .max = 32,
-                                     .meaning = "for people, and no other input's: `cockpit`",
+                                     .meaning = "unique display name, e.g. `cockpit`",
                                      .is_well_formed = is_printable_ascii,
                                      .form = "1 to 32 ASCII characters"})),
-    required(choice<&GpioInput::kind, gpio_input_kind_names>({.key = "kind", .meaning = "what it tells"})),
+    required(choice<&GpioInput::kind, gpio_input_kind_names>({.key = "kind", .meaning = "signal of the input"})),
     number<&GpioInput::debounce>(debounce_info),
 };
 

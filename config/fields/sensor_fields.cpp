@@ -43,22 +43,27 @@ constexpr std::array<std::string_view, 2> monitoring_names{"ok_line", "measured"
 constexpr std::array insulation_table{
     choice<&InsulationConfig::monitoring, monitoring_names>(
         {.key = "monitoring", .meaning = "`ok_line`: its OK line alone; `measured`: its resistance and state, too"}),
-    number<&InsulationConfig::warn_Ohm_per_V>(
-        {.key = "warn_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "reported; of each volt of the full pack"}),
+    number<&InsulationConfig::warn_Ohm_per_V>({.key = "warn_Ohm_per_V",
+                                               .min = 100,
+                                               .max = 100'000,
+                                               .meaning = "warning threshold, per volt of the full pack"}),
     number<&InsulationConfig::open_Ohm_per_V>(
-        {.key = "open_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "the fault; of each volt of the full pack"}),
-    number<&InsulationConfig::open_min_Ohm>(
-        {.key = "open_min_Ohm", .min = 0, .max = 10'000'000, .meaning = "the fault, however low the pack's voltage"}),
+        {.key = "open_Ohm_per_V", .min = 100, .max = 100'000, .meaning = "fault threshold, per volt of the full pack"}),
+    number<&InsulationConfig::open_min_Ohm>({.key = "open_min_Ohm",
+                                             .min = 0,
+                                             .max = 10'000'000,
+                                             .meaning = "minimum of the fault threshold at any pack voltage"}),
     number<&InsulationConfig::confirm>({.key = "confirm_ms",
                                         .min = 0,
                                         .max = 900,
-                                        .meaning = "how long before it is believed",
-                                        .because = "so that what the monitor says opens the pack within 1 s"}),
+                                        .meaning = "debounce time until the fault is confirmed",
+                                        .because = "a report of the monitor must open the pack within 1 s"}),
     boolean<&InsulationConfig::opens_while_driving>(
         {.key = "opens_while_driving", .meaning = "false: while driving a low resistance only warns"}),
     driver_field<&InsulationConfig::driver, &Device::insulation>(
         {.key = "protocol",
-         .meaning = "what a monitor on a bus speaks; nothing: the power distribution unit's or a line's word counts"}),
+         .meaning = "protocol of a monitor on a bus; nothing: the status of the power distribution unit or of a GPIO "
+                    "line is used"}),
     bus_field<InsulationConfig>("where that monitor is"),
 };
 
@@ -66,15 +71,16 @@ constexpr std::array sensor_table{
     boolean<&SensorConfig::little_endian>(
         {.key = "little_endian", .meaning = "the sensor was configured for little-endian values"}),
     boolean<&SensorConfig::invert_current>(
-        {.key = "invert_current", .meaning = "it counts charging as positive; here positive leaves the pack"}),
+        {.key = "invert_current",
+         .meaning = "the sensor counts charging as positive; in bmud discharging is positive"}),
     boolean<&SensorConfig::has_second_current>(
-        {.key = "has_second_current", .meaning = "a second current sensor; of both the worse counts"}),
+        {.key = "has_second_current", .meaning = "second current sensor; the worse value of both is used"}),
     boolean<&SensorConfig::is_second_reversed>(
-        {.key = "second_is_reversed", .meaning = "it is mounted the other way round than the first"}),
+        {.key = "second_is_reversed", .meaning = "mounted in the opposite direction to the first"}),
     driver_field<&SensorConfig::set_up, &Device::set_up>(
         {.key = "protocol",
-         .meaning = "of the sensor that tells the results from 521h on: its settings are asked for at the start; "
-                    "nothing: what it tells is taken as it comes"}),
+         .meaning = "of the sensor with results from 521h on: its settings are read at the start; nothing: its results "
+                    "are used without a check"}),
     Field<SensorConfig>{
         {.key = "set_up",
          .min = 1,
@@ -93,19 +99,20 @@ constexpr std::array sensor_table{
           sensor.is_configured = std::get<std::string>(value) == "configure";
         }},
     boolean<&SensorConfig::is_stored>(
-        {.key = "store", .meaning = "what was configured outlives the sensor's supply: written into its memory"}),
+        {.key = "store", .meaning = "settings are stored in the sensor's memory and survive a supply failure"}),
     driver_field<&SensorConfig::first, &Device::current>(
         {.key = "current_protocol",
          .meaning =
-             "of the sensor that tells the first current; nothing: 521h. The voltages are those of 522h and 523h "
-             "in any case"}),
+             "of the sensor of the first current; nothing: 521h. The voltages are those of 522h and 523h in any case"}),
     driver_field<&SensorConfig::second, &Device::current>(
         {.key = "second_protocol",
-         .meaning = "the same of the second; nothing: 531h, or 521h where the first current is told by another"}),
+         .meaning =
+             "of the sensor of the second current; nothing: 531h, or 521h if the first current has another protocol"}),
     bus_field<SensorConfig>("where the sensors of these two keys are"),
     optional_id<&SensorConfig::second_command_id>(
         {.key = "second_command_id",
-         .meaning = "where a second sensor of `protocol`, at 531h, is asked for its settings; nothing: it is not asked",
+         .meaning =
+             "identifier at which the settings of a second sensor of `protocol`, at 531h, are read; nothing: not read",
          .is_well_formed = is_nothing_or_id,
          .form = id_form}),
     optional_id<&SensorConfig::second_response_id>({.key = "second_response_id",

@@ -264,7 +264,7 @@ const JsonValue* find_value(const JsonValue& object, const Place& place, std::st
                             ProblemList& problems) {
   const auto found = object.find(std::string(key));
   if (found != object.end()) return &*found;
-  if (is_required) problems.add(place.at(key), "nothing", "this key, which is required");
+  if (is_required) problems.add(place.at(key), "nothing", "this required key");
   return nullptr;
 }
 
@@ -278,7 +278,8 @@ std::string to_text(const ConfigProblem& problem) {
   std::string where = problem.file;
   if (problem.at) where += ":" + std::to_string(problem.at->line) + ":" + std::to_string(problem.at->column);
   if (!problem.path.empty()) where += ": " + problem.path;
-  return where + ": found " + problem.found + ", wanted " + problem.wanted;
+  const std::string found = problem.found == "nothing" ? "missing" : "found " + problem.found;
+  return where + ": " + found + ", expected " + problem.wanted;
 }
 
 }  // namespace bmu

@@ -13,7 +13,7 @@ Result<std::string, std::string> read_file(const std::filesystem::path& file) {
   if (status.type() == std::filesystem::file_type::not_found) return failure(std::string("no such file"));
   if (error) return failure("nothing that can be read (" + error.message() + ")");
   if (std::filesystem::is_directory(status)) return failure(std::string("a directory"));
-  if (!std::filesystem::is_regular_file(status)) return failure(std::string("something that is no regular file"));
+  if (!std::filesystem::is_regular_file(status)) return failure(std::string("something other than a regular file"));
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(file_size_max + 1, '\0');

@@ -190,7 +190,7 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
     const auto answer = database.number(questions.at(index));
     const bool is_ours = index > 0 && found[0] == history_application_id;
     if (!answer && is_ours && answer.error().kind() == SQLITE_ERROR) {
-      return failure(error_of(damaged("is of a format that nobody knows")));
+      return failure(error_of(damaged("unknown file format")));
     }
     if (!answer) return failure(error_of(answer.error()));
     found.at(index) = answer->value_or(0);
@@ -201,7 +201,7 @@ HistoryResult<void> HistoryFile::make_ours(const Database& database) const {
     return failure(HistoryError{HistoryTrouble::foreign, options_.path + ": is another program's database"});
   }
   if (id == history_application_id && database.is_read_only() && ::access(options_.path.c_str(), W_OK) == 0) {
-    return failure(error_of(damaged("is of a format that nobody writes")));
+    return failure(error_of(damaged("file format not writable")));
   }
   if (!is_empty) {
     if (auto checked = check_version(database, version); !checked) return checked;
@@ -393,8 +393,8 @@ HistoryResult<std::string> HistoryFile::put_aside() {
   close();
   if (put_aside_before(options_.path) >= aside_max) {
     return failure(HistoryError{HistoryTrouble::damaged,
-                                options_.path + ": is damaged, and so were " + std::to_string(aside_max) +
-                                    " before it: look at the disk, and at " + options_.path + ".damaged-*"});
+                                options_.path + ": damaged like the " + std::to_string(aside_max) +
+                                    " quarantined ones before: check the disk, and " + options_.path + ".damaged-*"});
   }
   const std::string wanted = options_.path + ".damaged-" + time_in_a_name();
   std::string name = wanted;
@@ -404,7 +404,7 @@ HistoryResult<std::string> HistoryFile::put_aside() {
     if (!exists(options_.path + end)) continue;
     if (::rename((options_.path + end).c_str(), (name + end).c_str()) == 0) continue;
     return failure(HistoryError{HistoryTrouble::refused,
-                                options_.path + ": is damaged and cannot be put aside: " + std::strerror(errno)});
+                                options_.path + ": damaged and cannot be quarantined: " + std::strerror(errno)});
   }
   return name;
 }

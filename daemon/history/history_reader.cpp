@@ -91,11 +91,11 @@ std::string add_arrays(const RowValues& values, HistoryRow& row) {
   const int blobs = static_cast<int>(row_columns_of(1).size()) + 1;
   const std::string_view cells = values.text(blobs).value_or("");
   const std::string_view sensors = values.text(blobs + 1).value_or("");
-  if (values.number(blobs + 2) != checksum_of(row, cells, sensors)) return "the checksum is wrong";
+  if (values.number(blobs + 2) != checksum_of(row, cells, sensors)) return "checksum mismatch";
   auto all_cells = cells_from(cells);
   auto all_sensors = sensors_from(sensors);
   if (!all_cells || !all_sensors || all_cells->size() > cells_max || all_sensors->size() > sensors_max) {
-    return "its cells are not those of any pack";
+    return "invalid cell layout";
   }
   row.cells = std::move(*all_cells);
   row.sensors = std::move(*all_sensors);
@@ -220,11 +220,11 @@ Result<HistoryReader, std::string> HistoryReader::open_ruin(const std::string& p
   if (!database) {
     const bool is_none = error.kind() == SQLITE_NOTADB;
     return open_by_pages(path, access,
-                         path + ": " + (is_none ? "is no history, or its beginning is damaged" : error.what));
+                         path + ": " + (is_none ? "not a history database, or its header is damaged" : error.what));
   }
   HistoryReader reader(path, std::move(*database));
   reader.is_ruin_ = true;
-  reader.note(path + " is damaged (" + error.what + "): what of it can be read follows");
+  reader.note(path + " is damaged (" + error.what + "); readable rows follow");
   return reader;
 }
 
@@ -235,7 +235,7 @@ Result<HistoryReader, std::string> HistoryReader::open_by_pages(const std::strin
   HistoryReader reader(path);
   if (!reader.has_whole_row()) return failure(refusal);
   reader.note_damaged_beginning();
-  if (size_of(path + "-wal") > 0) reader.note("what is in " + path + "-wal is not looked at");
+  if (size_of(path + "-wal") > 0) reader.note(path + "-wal not read");
   return reader;
 }
 
@@ -255,7 +255,7 @@ Result<HistoryReader, std::string> HistoryReader::open_without_company(const std
   if (!database && is_damage(database.error())) return open_ruin(path, HistoryAccess::in_any_way, database.error());
   if (!database) return failure(path + ": " + why);
   HistoryReader reader(path, std::move(*database));
-  if (has_log) reader.note("the latest rows are in " + path + "-wal, which cannot be read: " + why);
+  if (has_log) reader.note(path + "-wal unreadable, latest rows missing: " + why);
   return reader;
 }
 
@@ -266,7 +266,7 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   if (!minutes_found) return refused("is damaged where its tables are named: " + minutes_found.error().what);
   is_new_ = has_no_table_yet();
   if (is_new_) return {};
-  if (minutes_found->value_or(0) != 1) return refused("is no history of bmud");
+  if (minutes_found->value_or(0) != 1) return refused("not a history database of bmud");
   find_version();
   if (auto checked = check_version(); !checked) return checked;
   const auto select = database_->prepare(minutes().select);
@@ -275,7 +275,7 @@ Result<void, HistoryReader::Refusal> HistoryReader::check() {
   const bool has_log = size_of(path_ + "-wal") > 0;
   if (!is_ruin_ && !has_log && page_bytes && size_of(path_) % page_bytes->value_or(1) != 0) {
     is_ruin_ = true;
-    note(path_ + " is cut short: what of it can be read follows");
+    note(path_ + " is truncated; readable rows follow");
   }
   const auto is_whole = has_schema(*database_, history_steps(version_));
   if (!is_whole || !*is_whole) note("the tables are not all those of a history");
@@ -368,14 +368,14 @@ void HistoryReader::read_lives() {
 
 /// From the first row to the last; if that is implausible, all possible sequence numbers.
 HistoryReader::Range HistoryReader::range_of(const Table& table) {
-  if (!database_) return range_of_strays(table, "nothing leads to them");
+  if (!database_) return range_of_strays(table, "no index");
   if (is_ruin_) return {.first = 1, .last = sequence_max};
   const auto first = database_->number("SELECT min(sequence) FROM " + table.name);
   const auto last = database_->number("SELECT max(sequence) FROM " + table.name);
   if (!first && !last) return range_of_strays(table, first.error().what);
   if (first && !first->has_value()) return {.first = 1, .last = 0};
   if (last && last->value_or(0) > sequence_max) {
-    note_gap(table.name, sequence_max, sequence_max, "nobody has counted that far");
+    note_gap(table.name, sequence_max, sequence_max, "sequence number out of range");
   }
   const bool is_sane = first && last && first->value_or(0) >= 0 && first->value_or(0) <= last->value_or(-1) &&
                        last->value_or(0) <= sequence_max;
@@ -442,7 +442,7 @@ void HistoryReader::scan(const Table& table, Range range, const TakeValues& take
       if (!has_row) {
         trouble = has_row.error().what;
       } else if (sequence < next) {
-        trouble = "rows are mixed up";
+        trouble = "rows out of order";
       } else {
         next = sequence + 1;
         skipped = 1;
@@ -501,17 +501,17 @@ HistoryReader::Range HistoryReader::range_of_strays(const Table& table, const st
                       return true;
                     });
   if (!database_) return range;
-  note("the way to the rows of " + table.name + " is damaged (" + trouble + "): " + std::to_string(count) +
-       " were found page by page, more may have been there");
+  note("index of table " + table.name + " damaged (" + trouble + "): " + std::to_string(count) +
+       " rows salvaged page by page, more may be missing");
   return range;
 }
 
 /// "", or the reason for which its cells cannot be identified.
 std::string HistoryReader::misfit_of(const HistoryRow& row) const {
   const HistoryLife* const life = life_of(row);
-  if (life == nullptr) return "nobody knows the life it is of";
+  if (life == nullptr) return "session unknown";
   const bool fits = row.cells.size() == life->layout.cell_count() && row.sensors.size() == life->layout.sensor_count();
-  return fits ? "" : "its cells are not those of its life";
+  return fits ? "" : "cells do not match the session";
 }
 
 void HistoryReader::for_each_row(const HistorySpan& span, const std::function<bool(const HistoryRow&)>& take) {
@@ -542,7 +542,7 @@ void HistoryReader::for_each_event(const HistorySpan& span, const std::function<
     const auto [event, is_whole] = event_from(values);
     if (!span.has(event.unix_time_ms)) return true;
     if (is_whole) return take(event);
-    note_gap("event", sequence, sequence, "the checksum is wrong");
+    note_gap("event", sequence, sequence, "checksum mismatch");
     return true;
   });
 }
@@ -579,7 +579,7 @@ void HistoryReader::note_gap(const std::string& table, std::int64_t first, std::
   } else if (gaps_.size() < gaps_max) {
     gaps_.push_back({.table = table, .first = first, .last = last, .reason = reason});
   } else if (gaps_.size() == gaps_max) {
-    gaps_.push_back({.table = table, .first = first, .last = sequence_max, .reason = "more of the like"});
+    gaps_.push_back({.table = table, .first = first, .last = sequence_max, .reason = "similar gaps"});
   }
 }
 

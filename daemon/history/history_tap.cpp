@@ -37,20 +37,20 @@ void HistoryTap::tell_changes() {
   const HistoryHealth health = store_.health();
   if (health.state == HistoryState::off) return;
   if (health.put_aside != std::exchange(told_aside_, health.put_aside)) {
-    log_(Severity::warning, "the history was damaged; it is " + health.put_aside + " now, and a new one has begun");
+    log_(Severity::warning, "history: database damaged, moved to " + health.put_aside + "; new database created");
   }
   const HistoryState before = std::exchange(told_state_, health.state);
   if (health.state == HistoryState::failing && health.last_error != told_error_) {
     told_error_ = health.last_error;
-    log_(Severity::warning, "the history is not written: " + health.last_error);
+    log_(Severity::warning, "history: write failed: " + health.last_error);
   }
   if (health.state != HistoryState::writing || before == HistoryState::writing) return;
   told_error_.clear();
   std::string lost;
-  if (health.rows_lost == 1) lost = "; 1 row of it was lost";
-  if (health.rows_lost > 1) lost = "; " + std::to_string(health.rows_lost) + " rows of it were lost";
+  if (health.rows_lost == 1) lost = "; 1 row lost";
+  if (health.rows_lost > 1) lost = "; " + std::to_string(health.rows_lost) + " rows lost";
   log_(Severity::info,
-       "history " + store_.path() + ": written" + (before == HistoryState::starting ? std::string() : " again") + lost);
+       "history " + store_.path() + ": writing " + (before == HistoryState::starting ? "started" : "resumed") + lost);
 }
 
 }  // namespace bmu

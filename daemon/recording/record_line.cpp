@@ -303,7 +303,7 @@ ObservedThing parse_clock(In& in) {
 ObservedThing parse_health(In& in) {
   HealthSeen what;
   while (!in.is_at_end() && !in.damage()) {
-    in.expect(in.flag(in.word(), what.health, health_flags), "what may be wrong with store, memory or disk");
+    in.expect(in.flag(in.word(), what.health, health_flags), "a condition of store, memory or disk");
   }
   return what;
 }
@@ -320,7 +320,7 @@ ObservedThing parse_lines(In& in) {
     } else if (word == "interlocks") {
       what.image.interlocks_open = in.number<std::uint16_t>("interlocks, bit by bit");
     } else {
-      in.expect(false, "what lines say");
+      in.expect(false, "levels of GPIO lines");
     }
   }
   return what;
@@ -343,7 +343,7 @@ ObservedThing parse_pulses(In& in) {
 
 ObservedThing parse_claim(In& in) {
   ClaimBegins what;
-  const auto length_us = in.number<std::int64_t>("how long it listens");
+  const auto length_us = in.number<std::int64_t>("the receive time before the claim");
   in.expect(length_us >= 0 && length_us <= record_time_max_us && in.word() == "us", "a time in us");
   what.is_kept = !in.is_at_end();
   if (what.is_kept) in.expect(in.word() == "kept", "kept");
@@ -387,7 +387,7 @@ RecordLine parse_timed(In& in, std::string_view time, const RecordClock& clock) 
   }
   const auto* const row = std::find_if(observation_rows.begin(), observation_rows.end(),
                                        [word](const ObservationRow& one) { return one.word == word; });
-  in.expect(row != observation_rows.end(), "tick, or what a core is told");
+  in.expect(row != observation_rows.end(), "tick, or an observation");
   if (row == observation_rows.end()) return RecordNothing{};
   return Observation{.at = at, .what = row->parse(in)};
 }
@@ -400,7 +400,7 @@ RecordLine parse_sent(In& in) {
 RecordLine parse_outputs(In& in) {
   RecordOutputs what;
   while (!in.is_at_end() && !in.damage()) {
-    in.expect(in.flag(in.word(), what.outputs, output_flags), "what is driven");
+    in.expect(in.flag(in.word(), what.outputs, output_flags), "driven outputs");
   }
   return what;
 }

@@ -56,7 +56,7 @@ RecordReader::Took RecordReader::fail(std::string text, RecordProblemKind kind) 
 }
 
 RecordReader::Took RecordReader::fail_without_head() {
-  return fail("found no whole head before, wanted '# bmud-recording' to '# core-end'",
+  return fail("header incomplete, expected '# bmud-recording' to '# core-end'",
               place_ == Place::before ? RecordProblemKind::no_recording : RecordProblemKind::damaged);
 }
 
@@ -65,7 +65,7 @@ RecordReader::Took RecordReader::take(std::string_view line) {
   const auto parsed = parse_record_line(line, clock_, head_.buses);
   if (!parsed) {
     if (place_ == Place::before) return fail_without_head();
-    return fail("column " + std::to_string(parsed.error().column + 1) + ": wanted " + parsed.error().wanted);
+    return fail("column " + std::to_string(parsed.error().column + 1) + ": expected " + parsed.error().wanted);
   }
   const Took took = take_parsed(*parsed);
   add_to_sum(*parsed, line);
@@ -82,7 +82,7 @@ RecordReader::Took RecordReader::take_parsed(const RecordLine& parsed) {
     has_tick_ = false;
     return take_time(observation->at, Took::observation);
   }
-  if (!has_tick_) return fail("found a part of a decision, wanted its tick before it");
+  if (!has_tick_) return fail("found a decision line without a preceding tick");
   line_ = parsed;
   return Took::of_tick;
 }
@@ -92,7 +92,7 @@ RecordReader::Took RecordReader::take_tick(const RecordTick& tick) {
   if (tick.lines_sum != sum_.value()) {
     alteration_ = RecordProblem{.line = sum_from_line_,
                                 .text = "the lines from here to line " + std::to_string(lines_) +
-                                        " are not as they were written: one is missing, was changed or added"};
+                                        " were modified: a line is missing, changed or added"};
   }
   tick_ = tick;
   has_tick_ = true;
@@ -117,8 +117,7 @@ void RecordReader::add_to_sum(const RecordLine& parsed, std::string_view line) {
 
 RecordReader::Took RecordReader::take_time(TimePoint at, Took took) {
   const bool is_possible = at >= latest_ && at <= TimePoint{std::chrono::microseconds{record_time_max_us}};
-  if (!is_possible)
-    return fail("found a time that no core can have had, wanted one not before that of the line before");
+  if (!is_possible) return fail("found a time before that of the previous line");
   latest_ = at;
   if (part_from_log_us_ == 0) {
     part_from_log_us_ = clock_.to_log_us(at);
@@ -132,7 +131,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
   if (note.word == "bmud-recording") {
     if (number_of_text<int>(note.rest) != record_format) {
       return fail(
-          "found a recording of format '" + std::string(note.rest) + "', wanted " + std::to_string(record_format),
+          "found a recording of format '" + std::string(note.rest) + "', expected " + std::to_string(record_format),
           RecordProblemKind::other_version);
     }
     before_ = place_ == Place::in_part ? head_.id : RecordPartId{};
@@ -145,7 +144,7 @@ RecordReader::Took RecordReader::take_note(const RecordNote& note) {
   if (note.word == "ahead_us") {
     const auto ahead_us = number_of_text<std::int64_t>(note.rest);
     if (!ahead_us || *ahead_us > record_time_max_us || *ahead_us < -record_time_max_us) {
-      return fail("wanted microseconds between both clocks");
+      return fail("expected the offset of the clocks in microseconds");
     }
     clock_.ahead_us = *ahead_us;
     return Took::nothing;
@@ -159,23 +158,23 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
     head_.version = rest;
   } else if (word == "bus") {
     const auto [which, name] = two_words(rest);
-    if (name.empty()) return fail("wanted which bus, and its name");
+    if (name.empty()) return fail("expected a bus and its name");
     // A bus that only a later version has is ignored.
     const std::optional<Port> port = port_of_text(which);
     if (!port) return Took::nothing;
-    if (!is_bus_name(name)) return fail("wanted " + std::string(bus_form));
+    if (!is_bus_name(name)) return fail("expected " + std::string(bus_form));
     head_.buses.set_name(*port, name);
   } else if (word == "part") {
     const auto [life_text, part_text] = two_words(rest);
     const auto life = number_of_text<std::int64_t>(life_text);
     const auto part = number_of_text<std::uint64_t>(part_text);
-    if (!life || !part) return fail("wanted a life and the number of its part");
+    if (!life || !part) return fail("expected a session id and a part number");
     head_.id = {.life = *life, .part = *part};
   } else if (word == "configuration") {
     head_.origin.hash = rest;
   } else if (word == "internal_kbit_per_s") {
     const auto rate = number_of_text<std::int32_t>(rest);
-    if (!rate || *rate < 1) return fail("wanted a bit rate in kbit/s");
+    if (!rate || *rate < 1) return fail("expected a bitrate in kbit/s");
     head_.origin.internal_kbit_per_s = *rate;
   } else if (word == "pack-file") {
     head_.origin.sources.pack_name = rest;
@@ -184,7 +183,7 @@ RecordReader::Took RecordReader::take_head(std::string_view word, std::string_vi
   } else if (word == "pack" || word == "cell") {
     PackSources& sources = head_.origin.sources;
     if (!append_line(word == "pack" ? sources.pack_text : sources.cell_text, rest)) {
-      return fail("wanted a line of a file behind '|' or '+'");
+      return fail("expected a line of a file after '|' or '+'");
     }
   } else {
     return take_state(word, rest);
@@ -198,14 +197,14 @@ RecordReader::Took RecordReader::take_state(std::string_view word, std::string_v
     const auto [layout_text, size_text] = two_words(rest);
     const auto layout = number_of_text<std::uint64_t>(layout_text, 16);
     const auto size = number_of_text<std::size_t>(size_text);
-    if (!layout || !size || *size > image_size_max) return fail("wanted layout and size of a core");
+    if (!layout || !size || *size > image_size_max) return fail("expected layout and size of a core");
     head_.layout = *layout;
     head_.image_size = *size;
   } else if (word == "image") {
-    if (!append_image_bytes(rest, head_.image_size, head_.image)) return fail("wanted base64 of" + at_most());
+    if (!append_image_bytes(rest, head_.image_size, head_.image)) return fail("expected base64 of" + at_most());
   } else if (word == "zeros") {
     if (!append_image_zeros(rest, head_.image_size, head_.image))
-      return fail("wanted a number of zeros, and" + at_most());
+      return fail("expected a number of zeros, and" + at_most());
   } else if (word == "core-end") {
     return end_head(rest);
   }
@@ -223,8 +222,8 @@ bool RecordReader::read_pack() {
   if (head_.origin.hash != hash) {
     static_cast<void>(
         fail(hash_without_cr(head_.origin.sources) == head_.origin.hash
-                 ? "found lines that end in CR LF, wanted LF as it was written; tr -d '\\r' takes the CRs away"
-                 : "found configuration " + hash + ", wanted " + head_.origin.hash + " as the head says"));
+                 ? "found lines that end in CR LF, expected LF as written; remove the CRs with tr -d '\\r'"
+                 : "found configuration " + hash + ", expected " + head_.origin.hash + " of the header"));
     return false;
   }
   origin_of_pack_ = head_.origin;
@@ -243,7 +242,7 @@ RecordReader::Took RecordReader::end_head(std::string_view checksums) {
     return fail("the state of the core is damaged");
   }
   if (number_of_text<std::uint32_t>(head_text, 16) != head_.sum.value()) {
-    return fail("the lines of the head are not as they were written: one is missing, was changed or added");
+    return fail("the header was modified: a line is missing, changed or added");
   }
   place_ = Place::in_part;
   sum_ = {};

@@ -25,6 +25,16 @@ std::vector<std::string> texts_of(const ConfigProblems& problems) {
   return texts;
 }
 
+std::string_view loaded_text(FileFound found) {
+  switch (found) {
+    case FileFound::nothing: return "missing";
+    case FileFound::newest: return "current version loaded";
+    case FileFound::previous: return "previous version loaded";
+    case FileFound::unreadable: return "unreadable";
+  }
+  return "?";
+}
+
 bool is_same_pack(const PackConfig& one, const PackConfig& other) {
   return one.core.hash == other.core.hash && cell_count(one.core) == cell_count(other.core);
 }
@@ -61,7 +71,7 @@ int Daemon::run(const PackConfig& pack) {
     if (auto begun = begin_next(); !begun) return fail(begun.error());
   }
   if (asker_) refuse_reload(std::string(to_text(ReloadRefusal::ending)));
-  journal_.log(Severity::info, "ended");
+  journal_.log(Severity::info, "stopped");
   return exit_ok;
 }
 
@@ -118,7 +128,7 @@ Result<LoopEnd, OsError> Daemon::run_life() {
   life_->finish();
   const bool is_end = !ended || *ended == LoopEnd::ended;
   if (is_end && !store_->flush(state_flush_max)) {
-    journal_.log(Severity::warning, "the end did not wait for the state file");
+    journal_.log(Severity::warning, "shutdown: state file write not finished within the timeout");
   }
   return ended;
 }
@@ -126,25 +136,26 @@ Result<LoopEnd, OsError> Daemon::run_life() {
 void Daemon::log_state() const {
   const StateFound& found = store_->found();
   if (store_->path().empty()) {
-    return journal_.log(Severity::warning,
-                        "no state file (--state): faults, locks and wear will be forgotten at the end");
+    return journal_.log(
+        Severity::warning,
+        "state file: none (--state); fault counters, latches and contactor wear will be lost at shutdown");
   }
   if (found.found == FileFound::unreadable) {
-    journal_.log(Severity::error, "the state cannot be read: " + found.problems);
+    journal_.log(Severity::error, "state file: unreadable: " + found.problems);
   } else if (!found.problems.empty()) {
-    journal_.log(Severity::warning, "the state is an older one: " + found.problems);
+    journal_.log(Severity::warning, "state file: previous version loaded: " + found.problems);
   }
   if (found.unknown_names > 0) {
-    journal_.log(Severity::warning, std::to_string(found.unknown_names) +
-                                        " faults or contactors of the state file are unknown here and left out");
+    journal_.log(Severity::warning,
+                 "state file: " + std::to_string(found.unknown_names) + " unknown faults or contactors ignored");
   }
   if (!found.charges_problem.empty()) {
-    journal_.log(Severity::warning, "what the cells missed is left out of the state: " + found.charges_problem);
+    journal_.log(Severity::warning, "state file: cell charges ignored: " + found.charges_problem);
   }
   if (!found.soc_problem.empty()) {
-    journal_.log(Severity::warning, "the states of charge are left out of the state: " + found.soc_problem);
+    journal_.log(Severity::warning, "state file: SOC ignored: " + found.soc_problem);
   }
-  journal_.log(Severity::info, "state file " + store_->path() + ": " + std::string(to_text(found.found)) + " found");
+  journal_.log(Severity::info, "state file " + store_->path() + ": " + loaded_text(found.found));
 }
 
 // --- reload ---------------------------------------------------------------------------------------------------------
@@ -186,7 +197,7 @@ void Daemon::take_read() {
   if (!read || !asker_) return;
   const ReloadRefusal refusal = reload_refusal(life_->core(), monotonic_now());
   if (!*read) {
-    refuse_reload(options_.config + " is not good; nothing has changed", texts_of(read->error()));
+    refuse_reload(options_.config + " is invalid; running configuration unchanged", texts_of(read->error()));
   } else if (refusal != ReloadRefusal::none) {
     refuse_reload(std::string(to_text(refusal)));
   } else {
@@ -205,11 +216,11 @@ void Daemon::plan_next(PackRead read) {
     return end_reload(done_);
   }
   auto next = LifePlan::make(std::move(read), options_, plan_.get());
-  if (!next) return refuse_reload(next.error().text + "; nothing has changed");
+  if (!next) return refuse_reload(next.error().text + "; running configuration unchanged");
   next_ = std::move(*next);
   done_.is_new_life = true;
   journal_.log(Severity::info,
-               "reload by " + asker_->who + ": this life ends, the next one has configuration " + done_.hash_now);
+               "reload by " + asker_->who + ": starting a new session with configuration " + done_.hash_now);
   life_->leave();
 }
 
@@ -232,9 +243,12 @@ Result<void, LifeFailure> Daemon::begin_next() {
   next_.reset();
   legacy.claim_held_until = {};  // the failed begin() took an unknown time
   auto again = DaemonLife::begin(*plan_, world(), legacy);
-  if (!again) return failure(LifeFailure{.text = why + "; and then: " + to_text(again.error())});
+  if (!again) {
+    return failure(
+        LifeFailure{.text = why + "; restoring the previous configuration failed: " + to_text(again.error())});
+  }
   life_ = std::move(*again);
-  refuse_reload(why + "; the configuration of before is in force again");
+  refuse_reload(why + "; previous configuration restored");
   return {};
 }
 
@@ -244,7 +258,7 @@ void Daemon::take_accounts(const PackRead& read) {
     journal_.log(Severity::warning, to_text(set.error()));
   }
   socket_->set_door([this](const Peer& peer) {
-    return access_.may(peer, Right::read) ? "" : access_.refuse(peer, Right::read, "read here", monotonic_now());
+    return access_.may(peer, Right::read) ? "" : access_.refuse(peer, Right::read, "read", monotonic_now());
   });
 }
 

@@ -110,7 +110,7 @@ Result<std::unique_ptr<LifePlan>, LifeFailure> LifePlan::make(PackRead read, con
   if (rate.verdict == RateVerdict::too_slow) {
     return failure(
         LifeFailure{.exit_code = exit_config,
-                    .text = rate.text + ": set the interface to the bit rate of the pack file, or mend the file"});
+                    .text = rate.text + "; set the interface to the bitrate of the pack file, or correct the file"});
   }
   const bool differs = rate.verdict == RateVerdict::differs;
   plan->pack = differs ? at_rate(plan->wanted, rate.found_bit_per_s) : plan->wanted;
@@ -155,7 +155,7 @@ Result<void, OsError> DaemonLife::set_up(const Legacy& legacy) {
 /// as it does without this file.
 void DaemonLife::write_down_lines() const {
   const auto written = write_driven_lines(world_.options.driven_lines, plan_.pack.gpio);
-  if (!written) log(Severity::warning, to_text(written.error()) + "; bmud --open-gpio will go by the pack file");
+  if (!written) log(Severity::warning, to_text(written.error()) + "; bmud --open-gpio will use the pack file");
 }
 
 void DaemonLife::log_begin() const {

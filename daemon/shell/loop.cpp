@@ -63,14 +63,14 @@ std::string rival_text(const MasterClaim& claim) {
   switch (claim.loss()) {
     case ClaimLoss::none: break;
     case ClaimLoss::while_listening:
-      return "second master: another one commands this pack" + frame +
-             "; this daemon sends nothing and ends. Take the other one off the bus first";
+      return "second master: another master commands this pack" + frame +
+             "; this daemon sends nothing and exits; remove the other master from the bus first";
     case ClaimLoss::before_own_frame:
-      return "second master: another one that started at the same time was first on the bus" + frame +
-             "; this daemon ends";
+      return "second master: another master that started at the same time was first on the bus" + frame +
+             "; this daemon exits";
     case ClaimLoss::while_resting:
-      return "second master: another one has started while this one rested" + frame +
-             "; this daemon, which holds everything open, ends";
+      return "second master: another master started while the modules of this one were asleep" + frame +
+             "; this daemon, which commands all contactors open, exits";
   }
   return "second master";
 }
@@ -419,8 +419,8 @@ void Loop::maintain_lines() {
   const std::string error = lines.state() == GpioState::failed ? lines.last_error() : "";
   if (std::exchange(told_lines_, lines.state()) == lines.state() && error == told_lines_error_) return;
   told_lines_error_ = error;
-  if (error.empty()) return parts_.journal.log(Severity::info, "GPIO lines: " + std::string(to_text(lines.state())));
-  parts_.journal.log(Severity::error, "GPIO lines: " + error);
+  if (error.empty()) return parts_.journal.log(Severity::info, "GPIO: " + std::string(to_text(lines.state())));
+  parts_.journal.log(Severity::error, "GPIO: " + error);
 }
 
 /// First observation of the session.
@@ -444,7 +444,7 @@ void Loop::tell_health() {
   health.history_write_failed = parts_.history != nullptr && parts_.history->is_failing();
   if (health == told_health_) return;
   if (health.store_write_failed && !told_health_.store_write_failed) {
-    parts_.journal.log(Severity::warning, "what is to be remembered is not kept: " + parts_.store.last_error());
+    parts_.journal.log(Severity::warning, "state file: write failed: " + parts_.store.last_error());
   }
   told_health_ = health;
   observe(now(), HealthSeen{.health = health});

@@ -6,13 +6,13 @@ namespace bmu {
 
 std::string_view to_text(ReloadRefusal refusal) {
   switch (refusal) {
-    case ReloadRefusal::none: return "nothing is against it";
-    case ReloadRefusal::contactors_closed: return "the pack is not open";
-    case ReloadRefusal::contact_closed: return "a contactor that should be open says that it is closed";
-    case ReloadRefusal::close_wanted: return "a closed pack is asked for";
-    case ReloadRefusal::node_under_way: return "a module is being given a node number";
-    case ReloadRefusal::ending: return "the daemon is about to end";
-    case ReloadRefusal::under_way: return "another reload is under way";
+    case ReloadRefusal::none: return "none";
+    case ReloadRefusal::contactors_closed: return "contactors not open";
+    case ReloadRefusal::contact_closed: return "contactor feedback closed although commanded open";
+    case ReloadRefusal::close_wanted: return "close request active";
+    case ReloadRefusal::node_under_way: return "node assignment in progress";
+    case ReloadRefusal::ending: return "daemon shutting down";
+    case ReloadRefusal::under_way: return "another reload in progress";
   }
   return "?";
 }
@@ -50,15 +50,16 @@ Json reload_json(const ReloadDone& done) {
 }
 
 std::vector<std::string> reload_lines(const ReloadDone& done) {
-  if (!done.is_new_life) return {"nothing to change: configuration " + done.hash_now + " is in force already"};
-  std::vector<std::string> lines{"configuration " + done.hash_now + " is in force, it was " + done.hash_before + ": " +
+  if (!done.is_new_life) return {"configuration " + done.hash_now + " unchanged"};
+  std::vector<std::string> lines{"configuration " + done.hash_now + " active, previously " + done.hash_before + ": " +
                                  std::to_string(done.changes.size()) +
-                                 (done.changes.size() == 1 ? " value" : " values") + " changed, " +
-                                 std::to_string(to_ms(done.away)) + " ms away"};
+                                 (done.changes.size() == 1 ? " value" : " values") + " changed, downtime " +
+                                 std::to_string(to_ms(done.away)) + " ms"};
   const std::size_t count = std::min(done.changes.size(), changes_logged_max);
   for (std::size_t i = 0; i < count; ++i) lines.push_back("changed: " + to_text(done.changes[i]));
   if (done.changes.size() > count) {
-    lines.push_back("and " + std::to_string(done.changes.size() - count) + " more");
+    const std::size_t more = done.changes.size() - count;
+    lines.push_back(std::to_string(more) + (more == 1 ? " more change" : " more changes"));
   }
   return lines;
 }

@@ -274,7 +274,7 @@ bool Scenario::is_test() const {
 
 std::string to_text(const ScenarioProblem& problem, std::string_view file_name) {
   return std::string(file_name) + ":" + std::to_string(problem.line) + ":" + std::to_string(problem.column) +
-         ": found " + problem.found + ", wanted " + problem.wanted;
+         ": found " + problem.found + ", expected " + problem.wanted;
 }
 
 }  // namespace bmu

@@ -239,8 +239,8 @@ void ScenarioPlayer::fail(const Watch& watch, TimePoint now, const std::string& 
     case ScenarioVerb::wait:
       failure_ += "waited " + seconds_text(now - watch.began_at) + " for " + line.condition.text + "; found " + found;
       break;
-    case ScenarioVerb::always: failure_ += "wanted always " + line.condition.text + since + found; break;
-    case ScenarioVerb::never: failure_ += "wanted never " + line.condition.text + since + found; break;
+    case ScenarioVerb::always: failure_ += "expected always " + line.condition.text + since + found; break;
+    case ScenarioVerb::never: failure_ += "expected never " + line.condition.text + since + found; break;
     default: failure_ += "expected " + line.condition.text + "; found " + found; break;
   }
   end(ScriptVerdict::failed, *watch.step);

@@ -339,13 +339,14 @@ constexpr std::array<PropertySpec, property_count> properties{
     make(Property::master_clear, TargetKind::master, "clear",
          "`bmuctl clear`: ends faults that wait for it and whose cause is gone; with `--with-master` only"),
     make(Property::master_clear_authorised, TargetKind::master, "clear_authorised",
-         "`bmuctl clear --authorised`: those, too, that need somebody who has looked at the pack"),
+         "`bmuctl clear --authorised`: also clears faults that require an inspection of the pack"),
     make(Property::master_wake, TargetKind::master, "wake",
-         "`bmuctl wake`: wakes the modules of a pack that rests after an undervoltage"),
+         "`bmuctl wake`: wakes the modules from sleep after an undervoltage"),
     make(Property::master_balancing, TargetKind::master, "balancing", on_off_words,
-         "`bmuctl balance --off` and `--on`: stops all bleeding; as the pack file says, again"),
+         "`bmuctl balance --off` and `--on`: stops all bleeding; returns to the setting of the pack file"),
     make(Property::master_accept_modules, TargetKind::master, "accept_modules",
-         "`bmuctl modules accept`: the modules found on their nodes belong there; while open and not asked to close"),
+         "`bmuctl modules accept`: registers the modules found at their nodes; only while open and without close "
+         "request"),
 };
 
 static_assert(rows_are_in_order(properties, &PropertySpec::property), "properties[] is indexed by Property");
@@ -365,7 +366,7 @@ std::string_view to_text(ModuleNeed need) {
     case ModuleNeed::foreign: return "only modules of other makers";
     case ModuleNeed::protection: return "only modules whose frames have a checksum";
     case ModuleNeed::board_sensor: return "only modules with a sensor on their board";
-    case ModuleNeed::errors: return "only modules of other makers that tell errors";
+    case ModuleNeed::errors: return "only modules of other makers that report errors";
   }
   return "any modules";
 }

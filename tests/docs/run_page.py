@@ -51,8 +51,8 @@ END_S = 30.0
 AGAIN_S = 0.05
 ATTEMPTS = 3
 # What daemon and emulator say in their logs when the machine held them up.
-LATE = "a decision came too late"
-HELD_UP = ("stopped or starved for", LATE, "because this program was held up")
+LATE = "control cycle too late"
+HELD_UP = ("control loop: stalled for", LATE, "because the process was stalled")
 # These open a pack where they have to wait for compilers. Where this is permitted the scheduler prefers them, and nothing else of a page:
 # who asks, or computes for seconds, would keep them from the processor.
 PREFERRED = ("bmud", "mmusim")
@@ -61,7 +61,7 @@ END = "--- end of the command:"
 # A daemon that is stopped by STOP_MS runs for so long in between.
 RUNS_S = 0.5
 
-NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|wanted|found|serial number)"
+NAMING = r"(?:(?:modules?|at most)(?! \d+\.\d+ [AV]\b)|cell|no\.|nodes?|ended with|, limit|expected|found|serial number)"
 # What is counted and not measured. Frames, decisions and observations depend on when a command looks.
 COUNTED = r"(?:faults?|cells?|modules?|parallel|parts?)"
 KINDS = [

@@ -18,10 +18,10 @@ SAME = [
     ("first\n...\nlast", "first\nlast"),
     ("first\n...\nlast", "first\na\nb\nlast"),
     ("configuration 1afe0c83d739c982", "configuration 0000000000000000"),
-    ("2026-11-23 15:23:44.615 info    ended", "2027-01-01 00:00:00.001 info ended"),
+    ("2026-11-23 15:23:44.615 info    stopped", "2027-01-01 00:00:00.001 info stopped"),
     ("blackbox-20261123T152333.130Z-fault.log.zst", "blackbox-20270101T000000.000Z-fault.log.zst"),
     ("cell 2.7 (no. 19): 2.7456 V", "cell 2.7 (no. 19): 2.6000 V"),
-    ("stage active, ...", "stage active, cell 2.7"),
+    ("status active, ...", "status active, cell 2.7"),
     ("open   ...", "open"),
     ("open   ...", "open   tick_overrun"),
     ('{"n":1,"v":[3984900]}', '{"n":22,"v":[3]}'),
@@ -49,7 +49,7 @@ DIFFERENT = [
     ("demo 48s", "demo 96s"),
     ("first\n...\nlast", "first\nother"),
     ("for 1.8 s", "for ever"),
-    ("found 4300, wanted at most 4250", "found 4300, wanted at most 4200"),
+    ("found 4300, expected at most 4250", "found 4300, expected at most 4200"),
     ("pack 184.2 V ██▇░░", "pack 184.2 V ██▇░"),
     ("pack 184.2 V ██▇░░", "pack 184.2 V"),
 ]
@@ -95,7 +95,7 @@ BAD = [
 ]
 HELD_UP = """
 <!-- run hidden
-echo "stopped or starved for 140 ms" >bmud.log
+echo "control loop: stalled for 140 ms" >bmud.log
 -->
 <!-- run until -->
 ```console

@@ -50,12 +50,12 @@ def main():
             problems.append(f"{what}: the page has {sorted(shown)}, the daemon {sorted(found)}")
 
     refusal = ask(path, {"cmd": "?"})["error"]["message"]
-    compare("commands", rows, refusal.partition(" is none of ")[2].split(", "))
+    compare("commands", rows, refusal.partition(", expected one of ")[2].split(", "))
     for command, (takes, has) in rows.items():
         refusal = ask(path, {"cmd": command, "?": 1})["error"]
         if refusal["code"] == "unknown_command":
             continue
-        compare(f"what {command} takes", takes, re.findall(r'"(\w+)"', refusal["message"].partition(" takes ")[2]))
+        compare(f"what {command} takes", takes, re.findall(r'"(\w+)"', refusal["message"].partition(" accepts ")[2]))
         answer = ask(path, {"cmd": command, **ARGUMENTS.get(command, {})})
         compare(f"the answer to {command}", has, answer.keys() - {"ok", "cmd"})
     print("\n".join(problems))

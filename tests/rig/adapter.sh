@@ -79,7 +79,7 @@ wait_for "$((key_period_s + 5))" "the key is turned" key_turned_since "$missing_
 expect "it goes on waiting" test "$(main_pid):$(property NRestarts)" = "$pid:0"
 expect "and stays open" phase_is open
 expect "and says so" log_has "fault: .*internal bus"
-expect "and why" why_has "internal bus is down"
+expect "and why" why_has "internal bus down"
 plug_in
 wait_for 10 "the interface is there, and everything is known" view_is_complete
 expect "it is the same process" test "$(main_pid)" = "$pid"

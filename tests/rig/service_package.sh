@@ -134,10 +134,10 @@ expect "and is told so" answer_says bmud-admin
 expect "a member of bmud-admin may" ask_as bob balance --off
 expect "and on again" ask_as bob balance --on
 expect "a stranger may not even read" not ask_as stranger status
-expect "and is told so" answer_says 'may not read here'
+expect "and is told so" answer_says 'is not permitted to read'
 # By number: the daemon has read the names of users when it started, before there were these.
 expect "who did what is in the log" log_has "balancing switched off by .*user $(id -u bob), process"
-expect "and what was refused to whom" log_has "refused: .*user $(id -u alice), process [0-9]*)* may not \"clear\""
+expect "and what was refused to whom" log_has "access denied: .*user $(id -u alice), process [0-9]*)*: \"clear\""
 
 step "another pack file"  # [F80]
 wait_to_disturb

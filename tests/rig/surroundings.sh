@@ -150,7 +150,7 @@ signals_at=$EPOCHREALTIME
 reloads=500
 for ((i = 0; i < reloads; ++i)); do kill -HUP "$pid"; done
 expect_borne "reloads"
-wait_for 10 "each of $reloads was refused, and is in the log" log_count_is "$reloads" 'with SIGHUP refused: the pack is not open'
+wait_for 10 "each of $reloads was refused, and is in the log" log_count_is "$reloads" 'with SIGHUP refused: contactors not open'
 expect "the same file counts" test "$(config_hash)" = "$hash_before"
 expect "no answer was missed" test "$(answers_missed)" -eq "$missed_before"
 expect_no_command_missed "reloads" "$signals_at" "$two_commands_ms"

@@ -77,7 +77,7 @@ std::string check(const SimRun& run, const std::string& expectation) {
     const std::string found(to_text(core.sequence().phase));
     return found == expectation.substr(6) ? "" : "phase " + found;
   }
-  if (expectation == "no fault") return any_opening_fault(core) ? "a fault is present" : "";
+  if (expectation == "no fault") return any_opening_fault(core) ? "fault confirmed" : "";
   if (starts("fault ") || starts("warning ")) return check_fault(core, words);
   if (starts("opened by ")) return check_opening(core, expectation.substr(10));
   if (starts("discharge limit ")) return check_range(core.limits().discharge.limit_mA / 1000, words[2]);

@@ -210,7 +210,7 @@ TEST_CASE("always and never watch from their moment to their end", "[scenario][s
 TEST_CASE("what always had to hold says since when", "[scenario][script]") {
   Stage stage(std::string(weld) + "0.2 always contactor main_positive open");
   stage.run_to(1s);
-  CHECK(stage.failure() == "at 0.501 s: wanted always contactor main_positive open, from 0.2 s on; found closed");
+  CHECK(stage.failure() == "at 0.501 s: expected always contactor main_positive open, from 0.2 s on; found closed");
 }
 
 // --- frames ---------------------------------------------------------------------------------------------------------

@@ -963,7 +963,7 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   const ScenarioProblems of_others = check_against(others, config);
   REQUIRE(of_others.size() == 4);
   CHECK(to_text(of_others[0], "s.scn") ==
-        "s.scn:1:3: found 'inverter silent', wanted an inverter: the pack file names none in inverter/protocol");
+        "s.scn:1:3: found 'inverter silent', expected an inverter: the pack file names none in inverter/protocol");
   CHECK(of_others[1].line == 2);
   CHECK(of_others[1].wanted.find("charger/protocol") != std::string::npos);
   CHECK(of_others[2].line == 3);
@@ -978,9 +978,9 @@ TEST_CASE("an event for what this pack does not have is refused with its place",
   const ScenarioProblems beyond = check_against(of_chargers, with_both);
   REQUIRE(beyond.size() == 2);
   CHECK(to_text(beyond[0], "s.scn") ==
-        "s.scn:2:3: found 'charger units 3', wanted units this pack has: 0 to 2 (charger/units)");
+        "s.scn:2:3: found 'charger units 3', expected units this pack has: 0 to 2 (charger/units)");
   CHECK(to_text(beyond[1], "s.scn") ==
-        "s.scn:4:3: found 'charger trouble output_overvoltage', wanted a trouble that elcon_tc has a word for: none, "
+        "s.scn:4:3: found 'charger trouble output_overvoltage', expected a trouble that elcon_tc has a word for: none, "
         "hardware, too_hot, mains, no_command, no_battery");
   with_both.charger = find_device("brusa_nlg5")->charger;
   CHECK(check_against(of_chargers, with_both).size() == 1);

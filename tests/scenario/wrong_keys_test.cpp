@@ -104,7 +104,7 @@ TEST_CASE("a link that charges before precharge_min names that key and a value w
     SimRun run = with_link(config, capacitance_uF);
     run_until_present(run, FaultId::precharge_too_fast, 20);
     REQUIRE(is_present(run, FaultId::precharge_too_fast));
-    CHECK(has(text_of(run, EventId::fault_confirmed), "contactors/precharge_min_ms 80 would do, found 150"));
+    CHECK(has(text_of(run, EventId::fault_confirmed), "contactors/precharge_min_ms 80 would be sufficient, found 150"));
     CoreConfig shorter = config;
     shorter.contactors.precharge_min = 80ms;
     SimRun again = with_link(shorter, capacitance_uF);
@@ -130,10 +130,10 @@ TEST_CASE("a link that charges for longer than precharge_timeout names that key 
   REQUIRE(is_present(run, FaultId::precharge_failed));
   const std::string text = text_of(run, EventId::fault_confirmed);
   INFO(text);
-  CHECK(
-      has(text,
-          "the link rises, with a time constant of 0.8 s: contactors/precharge_timeout_ms 4000 would do, found 2000"));
-  CHECK(has(text_of(run, EventId::precharge_gave_up), "precharge given up after 2000 ms: link 1"));
+  CHECK(has(text,
+            "DC link voltage rises with a time constant of 0.8 s: contactors/precharge_timeout_ms 4000 would be "
+            "sufficient, found 2000"));
+  CHECK(has(text_of(run, EventId::precharge_gave_up), "precharge: aborted after 2000 ms: DC link 1"));
   CHECK(has(text_of(run, EventId::precharge_gave_up), " V, pack 1"));
   const LikelyCause cause = run.core().likely_cause(FaultId::precharge_failed, SimRun::start + 60s);
   config.contactors.precharge_timeout = cause.would_do;
@@ -149,11 +149,11 @@ TEST_CASE("a link whose charge the resistor does not bear names both keys", "[sc
   REQUIRE(is_present(run, FaultId::precharge_failed));
   const std::string text = text_of(run, EventId::fault_confirmed);
   INFO(text);
-  CHECK(has(text, "with a time constant of 3.0 s, until the resistor has had what it bears"));
+  CHECK(has(text, "with a time constant of 3.0 s, until the pulse energy of the resistor is used up"));
   CHECK(has(text, "contactors/precharge_energy_J "));
-  CHECK(has(text, " would do, found 2000, with a resistor that bears it"));
+  CHECK(has(text, " would be sufficient, found 2000, with a resistor of this rating"));
   CHECK(has(text, "contactors/precharge_timeout_ms would have to be "));
-  CHECK(has(text, ", and may be 10000; it needs a resistor of fewer ohms"));
+  CHECK(has(text, ", maximum 10000; required: a resistor of lower resistance"));
 }
 
 TEST_CASE("a load, a short or an open resistor behind a precharge that fails names no key",
@@ -169,7 +169,7 @@ TEST_CASE("a load, a short or an open resistor behind a precharge that fails nam
     run.apply("vehicle on");
     run_until_present(run, FaultId::precharge_failed, 60);
     REQUIRE(is_present(run, FaultId::precharge_failed));
-    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "would do"));
+    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "would be sufficient"));
   }
 }
 
@@ -185,7 +185,7 @@ TEST_CASE(
     CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current"));
     run.apply("charger disconnected");
     run.run_to(run.seconds() + 30);
-    CHECK(has(cause_text(run, FaultId::discharge_not_allowed), "sensor/invert_current is the wrong way round"));
+    CHECK(has(cause_text(run, FaultId::discharge_not_allowed), "sensor/invert_current is wrong"));
   }
 }
 
@@ -199,9 +199,9 @@ TEST_CASE("a load at a pack that is closed for charging only is a discharge, and
     run.apply("load current_A " + std::to_string(current_A));
     run_until_present(run, FaultId::discharge_not_allowed, 60);
     REQUIRE(is_present(run, FaultId::discharge_not_allowed));
-    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "is the wrong way round"));
+    CHECK_FALSE(has(text_of(run, EventId::fault_confirmed), "is wrong"));
     run.run_to(run.seconds() + 30);
-    CHECK_FALSE(has(cause_text(run, FaultId::discharge_not_allowed), "is the wrong way round"));
+    CHECK_FALSE(has(cause_text(run, FaultId::discharge_not_allowed), "is wrong"));
   }
 }
 
@@ -223,9 +223,8 @@ TEST_CASE("too much current of a charger that is counted the wrong way round nam
     run_until_present(run, FaultId::discharge_overcurrent, 30);
     REQUIRE(is_present(run, FaultId::discharge_overcurrent));
     run.run_to(run.seconds() + 5);
-    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is the wrong way round") == is_inverted);
-    CHECK(has(cause_text(run, FaultId::discharge_overcurrent), "sensor/invert_current is the wrong way round") ==
-          is_inverted);
+    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is wrong") == is_inverted);
+    CHECK(has(cause_text(run, FaultId::discharge_overcurrent), "sensor/invert_current is wrong") == is_inverted);
   }
 }
 
@@ -245,7 +244,7 @@ TEST_CASE("a charger and a current sensor that see the same current with opposit
     if (!is_inverted) run.apply("load current_A 8");  // twice the charger's current
     run_until_present(run, FaultId::charger_contradicts, 60);
     REQUIRE(is_present(run, FaultId::charger_contradicts));
-    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is the wrong way round") == is_inverted);
+    CHECK(has(text_of(run, EventId::fault_confirmed), "sensor/invert_current is wrong") == is_inverted);
   }
 }
 
@@ -272,7 +271,7 @@ TEST_CASE("two current sensors that see one current with opposite signs name the
          {text_of(run, EventId::fault_confirmed), cause_text(run, FaultId::current_sensors_disagree)}) {
       INFO(text);
       CHECK(has(text, "sensor/second_is_reversed") == (fault != "sensor current_2 stuck on"));
-      CHECK(has(text, "sensor/invert_current and sensor/second_is_reversed are both the wrong way round") == is_first);
+      CHECK(has(text, "sensor/invert_current and sensor/second_is_reversed are both wrong") == is_first);
     }
   }
 }

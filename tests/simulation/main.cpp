@@ -118,7 +118,7 @@ int run(int argc, char** argv) {
   if (options.seed) return run_one(options);
   const std::optional<SeedRange> range = parse_range(options.seeds);
   if (range) return run_many(options, *range);
-  std::fprintf(stderr, "bmud_simulation: --seeds %s: wanted FROM..TO\n", options.seeds.c_str());
+  std::fprintf(stderr, "bmud_simulation: --seeds %s: expected FROM..TO\n", options.seeds.c_str());
   return exit_codes::exit_usage;
 }
 

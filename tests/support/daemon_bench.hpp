@@ -237,8 +237,8 @@ struct Bench {
     const auto says = [](const std::string& path, const char* words) {
       return read_file(path).find(words) != std::string::npos;
     };
-    return starved_count() > made_by_test || says(log, end_not_whole) || says(log, "was held up") ||
-           says(folder / "mmusim.out", "was held up");
+    return starved_count() > made_by_test || says(log, end_not_whole) || says(log, "thread stalled") ||
+           says(folder / "mmusim.out", "process was stalled");
   }
   /// Checked after each contactor command, every 50 ms where the machine has the time.
   template <class IsSo>
@@ -282,7 +282,7 @@ struct Bench {
     return nlohmann::json::parse(ask({"--json", command}).out, nullptr, false);
   }
 
-  static constexpr const char* end_not_whole = "the end did not wait for ";
+  static constexpr const char* end_not_whole = "not finished within the timeout";
   static inline int next_number = 0;
 };
 

@@ -80,7 +80,7 @@ inline constexpr std::int64_t minute_ms = 60'000;
           .severity = "warning",
           .name = "fault_warned",
           .fault = "disk_low",
-          .text = "the disk is nearly full"};
+          .text = "disk space low"};
 }
 
 /// Writes minutes `first` to `last`, each with an event.

@@ -79,7 +79,7 @@ must_not_show() { ! shows "$1" || fail "the screen shows '$1'"; echo "ok: no '$1
 
 # What a machine that is too busy adds to the faults: their names, and their meanings on the screen.
 machine_faults='tick_overrun|control_loop_gap|frames_lost'
-machine_meanings='a decision came too late|the daemon was stopped or starved|received frames were lost on this machine'
+machine_meanings='control cycle too late|control loop stalled|received frames lost'
 
 # In the overview: none, or those of the machine and no other.
 shows_no_fault_of_the_pack() {
@@ -95,9 +95,9 @@ shows_the_faults() {
   seen=$("$bin/bmuctl" --socket "$folder/s" --json faults |
     jq -r '.faults[] | select(.count > 0 or .count_since_start > 0 or .is_warning or .stage != "good") | .name') ||
     fail "the daemon's faults cannot be read"
-  [[ -n $seen ]] || { shows 'No fault has ever been seen'; return; }
+  [[ -n $seen ]] || { shows 'No fault recorded'; return; }
   ! grep -qvxE "$machine_faults" <<<"$seen" || fail "the daemon has seen: $seen"
-  ! shows 'No fault has ever been seen' || return 1
+  ! shows 'No fault recorded' || return 1
   for name in $seen; do shows "$name: " || return 1; done
 }
 
@@ -250,15 +250,15 @@ scrolls_to() {
 
 press_keys() {
   keys '?'
-  wait_for 'all faults, with what was seen'
+  wait_for 'all faults, with readings'
   keys Escape
   wait_for 'pack +'
   keys u
   wait_for 'accepted'
   must_show_like 'load +[0-9]'
   keys l
-  wait_for 'Limits, and why'
-  until_true "the page goes on to the steps of the discharge limit" scrolls_to 'The discharge limit, step by step'
+  wait_for 'Limits'
+  until_true "the page goes on to the steps of the discharge limit" scrolls_to 'Discharge limit:'
   keys Tab
   wait_for 'Buses and modules'
   keys f
@@ -314,13 +314,13 @@ lose_it() {
   wait_for_driving 'current  20.0'
   stop "$emulator_pid"
   emulator_pid=
-  wait_for '● a module does not answer'
-  wait_for '[active] module '
+  wait_for '● receive timeout of a module'
+  wait_for '[active]'
   wait_for ' s ago'
-  wait_for 'may not close'
+  wait_for 'close inhibit'
   stop "$daemon_pid"
   daemon_pid=
-  wait_for 'the daemon has gone'
+  wait_for 'connection lost'
   must_be_restored 1
 }
 

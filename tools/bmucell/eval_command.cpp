@@ -84,8 +84,8 @@ std::string svg_of_trace(const Evaluation& evaluation) {
   ChartBand around{.label = "two sigma", .color = "#d9602c"};
   ChartBand allowed{.label = "two sigma", .color = "#d9602c"};
   ChartLine truth{.label = "reference", .color = "#0b3c8c"};
-  ChartLine told{.label = "told", .color = "#d9602c"};
-  ChartLine error{.label = "told less reference", .color = "#0b3c8c"};
+  ChartLine told{.label = "estimate", .color = "#d9602c"};
+  ChartLine error{.label = "estimate minus reference", .color = "#0b3c8c"};
   ChartLine volts{.label = "", .color = "#1f6feb"};
   for (const TraceRow& row : evaluation.trace) {
     const double x = row.time_s / minute_s;

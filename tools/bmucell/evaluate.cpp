@@ -107,7 +107,7 @@ std::string problem_of(const Series& series) {
   if (!series.has_soc) return "no column 'ref_soc_pct', which says what the charge really was";
   const bool is_fraction = std::all_of(series.rows.begin(), series.rows.end(),
                                        [](const SeriesRow& row) { return !(row.soc * percent > 1.0); });
-  return is_fraction ? "ref_soc_pct: found nothing above 1, wanted percent, from 0 to 100" : "";
+  return is_fraction ? "ref_soc_pct: found nothing above 1, expected percent, from 0 to 100" : "";
 }
 
 }  // namespace

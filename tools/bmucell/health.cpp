@@ -130,7 +130,7 @@ Result<PlateauFit, std::string> fit_plateau(const AgeingData& data, const Charge
   const std::vector<KnownCharge> known = known_charges(data, model, until_cycle);
   if (known.size() < charges_min) {
     return failure(data.name + ": found " + std::to_string(known.size()) + " charges with a test that show a plateau " +
-                   "and are full at the end, wanted " + std::to_string(charges_min) + " to fit to");
+                   "and are full at the end, expected " + std::to_string(charges_min) + " to fit to");
   }
   PlateauFit fit{.model = model, .charges = known.size()};
   solve(known, sigma_share_min * rated_As, fit.model);

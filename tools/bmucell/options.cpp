@@ -85,9 +85,9 @@ void declare_fit(CLI::App& app, FitOptions& options) {
       ->type_name("CELL.json");
   app.add_option("--out", options.out, "the cell file that is written; default: standard output")
       ->type_name("CELL.json");
-  app.add_option("--svg", options.svg, "a picture of what was fitted")->type_name("FILE");
+  app.add_option("--svg", options.svg, "chart of the fit")->type_name("FILE");
   app.add_option("--name", options.name, "name of the cell; default: the base's");
-  app.add_option("--origin", options.origin, "where the numbers come from; default: the names of the recordings");
+  app.add_option("--origin", options.origin, "source of the data; default: the names of the recordings");
   app.add_option("--temperatures", options.temperatures_C,
                  "of the tables, C, as -10,0,25; default: where the recordings are")
       ->allow_extra_args(false)
@@ -111,8 +111,8 @@ void declare_fit(CLI::App& app, FitOptions& options) {
          "no cell file if the model misses a recording by more, root mean square; a slow one by three times this")
       ->check(command_line::number(0.1, 1e4))
       ->capture_default_str();
-  app.add_flag("--json", options.is_json, "how well it fits, as JSON on standard output");
-  app.add_flag("--quiet", options.is_quiet, "tell only errors");
+  app.add_flag("--json", options.is_json, "quality of the fit, as JSON on standard output");
+  app.add_flag("--quiet", options.is_quiet, "print errors only");
 }
 
 /// As typed, in percent.
@@ -128,10 +128,10 @@ void declare_eval(CLI::App& app, EvalOptions& options, EvalPercent& typed) {
   app.footer(eval_footer);
   app.add_option("files", options.files, "recordings with ref_soc_pct")->required()->type_name("FILE.csv[.gz]");
   app.add_option("--cell", options.cell, "the cell file")->required()->type_name("CELL.json");
-  app.add_option("--sensor-gain", plan.sensor_gain, "what the current is multiplied with")
+  app.add_option("--sensor-gain", plan.sensor_gain, "gain error of the current")
       ->check(command_line::number(-2, 2))
       ->capture_default_str();
-  app.add_option("--sensor-offset-A", plan.sensor_offset_A, "what is added to it")
+  app.add_option("--sensor-offset-A", plan.sensor_offset_A, "offset error of the current")
       ->check(command_line::number(-1e5, 1e5))
       ->capture_default_str();
   app.add_option("--soc-error", typed.soc_error, "percent, by which the start is wrong")
@@ -151,8 +151,8 @@ void declare_eval(CLI::App& app, EvalOptions& options, EvalPercent& typed) {
   app.add_option("--estimator", typed.estimator, "which one")
       ->check(command_line::one_of(names))
       ->capture_default_str();
-  app.add_option("--csv", options.csv, "row by row what it said, of one recording")->type_name("FILE");
-  app.add_option("--svg", options.svg, "a picture of it, of one recording")->type_name("FILE");
+  app.add_option("--csv", options.csv, "estimates row by row, of one recording")->type_name("FILE");
+  app.add_option("--svg", options.svg, "chart of one recording")->type_name("FILE");
   app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
 }
 
@@ -164,8 +164,8 @@ void declare_resistance(CLI::App& app, ResistanceOptions& options) {
       ->required()
       ->type_name("TABLE.csv[.gz]");
   app.add_option("--column", options.column, "the table's resistance to compare with, in mOhm")->capture_default_str();
-  app.add_option("--csv", options.csv, "pulse by pulse what was told")->type_name("FILE");
-  app.add_option("--svg", options.svg, "a picture of it")->type_name("FILE");
+  app.add_option("--csv", options.csv, "estimates pulse by pulse")->type_name("FILE");
+  app.add_option("--svg", options.svg, "chart")->type_name("FILE");
   app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
 }
 
@@ -220,7 +220,7 @@ void declare_health(CLI::App& app, HealthOptions& options, HealthTyped& typed) {
   app.add_flag("--all-tests", options.plan.scores_all_tests,
                "also tests that follow another one without a recorded charge between them");
   app.add_option("--csv", options.csv, "test by test what was estimated")->type_name("FILE");
-  app.add_option("--svg", options.svg, "a picture of it")->type_name("FILE");
+  app.add_option("--svg", options.svg, "chart")->type_name("FILE");
   app.add_flag("--json", options.is_json, "the figures as JSON on standard output");
 }
 
@@ -242,7 +242,7 @@ void conclude(HealthOptions& options, const HealthTyped& typed) {
     options.plan.model.sigma_As = typed.sigma_Ah.value_or(0.0) * hour_s;
     return;
   }
-  throw CLI::ValidationError("--fit", "or all of --plateau-weight, --above-weight, --sigma-Ah are wanted, not both");
+  throw CLI::ValidationError("--fit", "expected this or all of --plateau-weight, --above-weight, --sigma-Ah, not both");
 }
 
 void conclude(EvalOptions& options, const EvalPercent& typed) {
@@ -254,15 +254,14 @@ void conclude(EvalOptions& options, const EvalPercent& typed) {
   options.plan.method = static_cast<SocMethod>(std::distance(soc_method_names.begin(), name));
   if (options.files.size() == 1) return;
   if (!options.csv.empty()) throw CLI::ValidationError("--csv", "is the trace of one recording, and there are several");
-  if (!options.svg.empty())
-    throw CLI::ValidationError("--svg", "is the picture of one recording, and there are several");
+  if (!options.svg.empty()) throw CLI::ValidationError("--svg", "allowed with one recording only");
 }
 
 void conclude(FitOptions& options) {
   if (options.files.empty() && options.slow_files.empty())
     throw CLI::ValidationError("files", "are missing: fit to what?");
   if (!options.pair_times_s.empty() && options.pair_times_s.size() != CellDynamics::pairs) {
-    throw CLI::ValidationError("--pair-times-s", "wants three numbers, as 6,60,350");
+    throw CLI::ValidationError("--pair-times-s", "expected three numbers, e.g. 6,60,350");
   }
   if (!std::is_sorted(options.pair_times_s.begin(), options.pair_times_s.end(), std::less_equal<>())) {
     throw CLI::ValidationError("--pair-times-s", "do not rise");

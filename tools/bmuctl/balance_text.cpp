@@ -38,7 +38,7 @@ void add_cells(std::vector<Line>& rows, const Reply& module) {
 /// Text for a switch that is on without a command.
 std::string untold_text(const Reply& element) {
   const bool is_there = element["pack_number"].number_or(0) > 0;
-  return element["text"].text() + (is_there ? "" : ", which its module does not have");
+  return element["text"].text() + (is_there ? "" : ", not present in the module");
 }
 
 /// "1 cell", "2 cells".
@@ -52,8 +52,7 @@ std::string balancing_text(const Reply& balancing) {
   const Reply reasons = balancing["reasons"];
   if (reasons.size() > 0) return balancing["state"].text() + ": " + reasons.at(0)["text"].text();
   if (balancing["on_untold"].size() > 0) {
-    return balancing["state"].text() +
-           ": a switch is on that nobody told to be: " + untold_text(balancing["on_untold"].at(0));
+    return balancing["state"].text() + ": switch on without command: " + untold_text(balancing["on_untold"].at(0));
   }
   if (balancing["state"].text() == "bleeding") {
     return "bleeding " + counted(balancing["cells_told"], "cell", "cells") + ", " +
@@ -68,10 +67,10 @@ Page balance_page(const Reply& reply) {
   page.add_field("Method", words(reply["method"].text() + ", " + reply["state"].text() + " for " +
                                  shown_span(reply["state_for_ms"])));
   for (std::size_t i = 0; i < reply["reasons"].size(); ++i) {
-    page.add_field("Against it", words(reply["reasons"].at(i)["text"].text()));
+    page.add_field("Inhibit", words(reply["reasons"].at(i)["text"].text()));
   }
   for (std::size_t i = 0; i < reply["on_untold"].size(); ++i) {
-    page.add_field("On untold", words(untold_text(reply["on_untold"].at(i)), Style::warning));
+    page.add_field("Uncommanded", words(untold_text(reply["on_untold"].at(i)), Style::warning));
   }
   if (reply["planned_ago_ms"].is_known()) {
     page.add_field("Plan", words(reply["plan"].text() + ", made " + shown_span(reply["planned_ago_ms"]) + " ago"));
@@ -79,8 +78,8 @@ Page balance_page(const Reply& reply) {
   std::vector<Line> rows{{{"Module", Style::dim},
                           {"Cell", Style::dim},
                           {"No.", Style::dim},
-                          {"To go", Style::dim},
-                          {"Told", Style::dim},
+                          {"Remaining", Style::dim},
+                          {"Commanded", Style::dim},
                           {"Switch", Style::dim},
                           {"Bled", Style::dim},
                           {"To full", Style::dim}}};

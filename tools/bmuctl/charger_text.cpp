@@ -11,7 +11,8 @@ Line stage_of(const Reply& charger) {
   const Reply since = charger["stage_for_ms"];
   Line line{plain(charger["stage"].text() + (since.is_known() ? " for " + shown_span(since) : ""))};
   if (charger["is_held"].is_true()) line.push_back(plain(", the highest cell is held at its full voltage"));
-  if (charger["goes_on_when_heard"].is_true()) line.push_back({"   goes on when it is heard again", Style::warning});
+  if (charger["goes_on_when_heard"].is_true())
+    line.push_back({"   continues when its reports are received again", Style::warning});
   return line;
 }
 
@@ -26,13 +27,13 @@ Line asked_of(const Reply& charger) {
   const bool is_asked = charger["asked_mA"].number_or(0) > 0;
   const std::string most =
       "up to " + shown(charger["asked_mV"], Unit::mV) + ", a cell to " + shown(charger["cell_full_uV"], Unit::uV);
-  return {plain(is_asked ? shown(charger["asked_mA"], Unit::mA) : "told to stop"), {"   " + most, Style::dim}};
+  return {plain(is_asked ? shown(charger["asked_mA"], Unit::mA) : "stop commanded"), {"   " + most, Style::dim}};
 }
 
 Line voice_of(const Reply& unit) {
   const Reply ago = unit["heard_ago_ms"];
-  if (unit["is_talking"].is_true()) return {plain("heard " + shown_span(ago) + " ago")};
-  return {{ago.is_known() ? "silent for " + shown_span(ago) : "not heard yet", Style::warning}};
+  if (unit["is_talking"].is_true()) return {plain("received " + shown_span(ago) + " ago")};
+  return {{ago.is_known() ? "silent for " + shown_span(ago) : "not received yet", Style::warning}};
 }
 
 /// Unknown values are omitted.
@@ -47,14 +48,14 @@ std::string mains_of(const Reply& unit) {
 
 Line trouble_of(const Reply& unit) {
   const std::string troubles = shown_list(unit["troubles"]);
-  if (troubles.empty()) return {plain("none told")};
+  if (troubles.empty()) return {plain("none reported")};
   return {{troubles, Style::warning}};
 }
 
 void add_unit(Page& page, const Reply& unit, bool is_alone) {
   if (!is_alone) page.add({});
   page.add_field(is_alone ? "Charger" : "Unit " + shown(unit["unit"], Unit::none), voice_of(unit));
-  page.add_field("Gives", {plain(shown(unit["current_mA"], Unit::mA) + " at " + shown(unit["voltage_mV"], Unit::mV))});
+  page.add_field("Output", {plain(shown(unit["current_mA"], Unit::mA) + " at " + shown(unit["voltage_mV"], Unit::mV))});
   if (const std::string mains = mains_of(unit); !mains.empty()) page.add_field("Mains", {plain(mains)});
   if (unit["temperature_dC"].is_known()) {
     page.add_field("Temperature", {plain(shown(unit["temperature_dC"], Unit::dC))});
@@ -83,7 +84,7 @@ Page charger_page(const Reply& status) {
   page.add_field("Protocol", {plain(charger["protocol"].text())});
   page.add_field("Plugged in", {plain(plug_of(status["state"]["inputs"]))});
   page.add_field("Charge", stage_of(charger));
-  page.add_field("Asked", asked_of(charger));
+  page.add_field("Request", asked_of(charger));
   for (std::size_t index = 0; index < units.size(); ++index) add_unit(page, units.at(index), units.size() == 1);
   return page;
 }

@@ -20,12 +20,12 @@ using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds connect_max{1000};
 
 std::string explained(const std::string& path, int error) {
-  const std::string where = "no daemon answers at '" + path + "': ";
-  if (error == ENOENT) return where + "there is no such socket (is bmud running? another --socket?)";
+  const std::string where = "no daemon at '" + path + "': ";
+  if (error == ENOENT) return where + "socket does not exist; is bmud running, or is another --socket needed?";
   std::error_code ignored;
-  if (error == ECONNREFUSED && !std::filesystem::is_socket(path, ignored)) return where + "it is no socket";
-  if (error == ECONNREFUSED) return where + "nobody listens (bmud has ended)";
-  if (error == EACCES) return where + "permission denied (be root, or a member of the group it belongs to)";
+  if (error == ECONNREFUSED && !std::filesystem::is_socket(path, ignored)) return where + "not a socket";
+  if (error == ECONNREFUSED) return where + "connection refused (bmud has stopped)";
+  if (error == EACCES) return where + "permission denied (root or membership of the socket's group is required)";
   return where + std::strerror(error);
 }
 

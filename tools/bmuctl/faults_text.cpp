@@ -47,28 +47,28 @@ struct FrameRow {
 };
 constexpr std::array frame_table{
     FrameRow{"pack", "pack_voltage_mV", Unit::mV},
-    FrameRow{"link", "link_voltage_mV", Unit::mV},
-    FrameRow{"sum of the cells", "cell_voltage_sum_mV", Unit::mV},
-    FrameRow{"of the modules", "module_voltage_sum_mV", Unit::mV},
+    FrameRow{"DC link", "link_voltage_mV", Unit::mV},
+    FrameRow{"sum of cells", "cell_voltage_sum_mV", Unit::mV},
+    FrameRow{"sum of module voltages", "module_voltage_sum_mV", Unit::mV},
     FrameRow{"current", "current_mA", Unit::mA},
     FrameRow{"second sensor", "current_2_mA", Unit::mA},
     FrameRow{"SOC", "soc_permille", Unit::permille},
-    FrameRow{"cells from", "cell_voltage_min_uV", Unit::uV, "cell_voltage_min_at"},
-    FrameRow{"to", "cell_voltage_max_uV", Unit::uV, "cell_voltage_max_at"},
-    FrameRow{"temperatures from", "cell_temperature_min_dC", Unit::dC, "cell_temperature_min_at"},
-    FrameRow{"to", "cell_temperature_max_dC", Unit::dC, "cell_temperature_max_at"},
-    FrameRow{"boards from", "board_temperature_min_dC", Unit::dC, "board_temperature_min_at"},
-    FrameRow{"to", "board_temperature_max_dC", Unit::dC, "board_temperature_max_at"},
+    FrameRow{"cell voltage min", "cell_voltage_min_uV", Unit::uV, "cell_voltage_min_at"},
+    FrameRow{"max", "cell_voltage_max_uV", Unit::uV, "cell_voltage_max_at"},
+    FrameRow{"cell temperature min", "cell_temperature_min_dC", Unit::dC, "cell_temperature_min_at"},
+    FrameRow{"max", "cell_temperature_max_dC", Unit::dC, "cell_temperature_max_at"},
+    FrameRow{"board temperature min", "board_temperature_min_dC", Unit::dC, "board_temperature_min_at"},
+    FrameRow{"max", "board_temperature_max_dC", Unit::dC, "board_temperature_max_at"},
     FrameRow{"insulation", "insulation_Ohm", Unit::Ohm},
-    FrameRow{"limits: out", "discharge_limit_mA", Unit::mA},
-    FrameRow{"in", "charge_limit_mA", Unit::mA},
-    FrameRow{"used of the peak: out", "discharge_overload_permille", Unit::permille},
-    FrameRow{"in", "charge_overload_permille", Unit::permille},
+    FrameRow{"limits: discharge", "discharge_limit_mA", Unit::mA},
+    FrameRow{"charge", "charge_limit_mA", Unit::mA},
+    FrameRow{"peak budget used: discharge", "discharge_overload_permille", Unit::permille},
+    FrameRow{"charge", "charge_overload_permille", Unit::permille},
 };
 
 std::string seen_text(const Reply& fault) {
   const std::int64_t count = fault["count"].number_or(0);
-  if (count == 0) return has_something(fault) ? "not confirmed yet" : "never";
+  if (count == 0) return has_something(fault) ? "pending" : "never";
   const std::string last = shown_time(fault["last_unix_time_ms"]);
   if (count == 1) return "once, " + last;
   return std::to_string(count) + " times, first " + shown_time(fault["first_unix_time_ms"]) + ", last " + last;
@@ -79,9 +79,9 @@ std::string frame_text(const Reply& frame) {
   std::string text;
   for (const FrameRow& row : frame_table) {
     if (!frame[row.key].is_known()) continue;
-    text += (text.empty()        ? ""
-             : row.label == "to" ? " "
-                                 : ", ") +
+    text += (text.empty()         ? ""
+             : row.label == "max" ? " "
+                                  : ", ") +
             std::string(row.label) + " " + shown(frame[row.key], row.unit);
     const std::string place = row.place.empty() ? "" : frame[row.place]["text"].text();
     if (!place.empty()) text += " (" + place + ")";
@@ -101,12 +101,12 @@ std::string names_that_are(const Reply& object, bool wanted) {
 /// States of contactors and inputs.
 std::string switches_text(const Reply& frame) {
   std::string text;
-  if (frame["outputs"].is_known()) add_part(text, "commanded on: " + names_that_are(frame["outputs"], true));
-  if (frame["feedback"].is_known()) add_part(text, "contacts closed: " + names_that_are(frame["feedback"], true));
+  if (frame["outputs"].is_known()) add_part(text, "commanded closed: " + names_that_are(frame["outputs"], true));
+  if (frame["feedback"].is_known()) add_part(text, "feedback closed: " + names_that_are(frame["feedback"], true));
   const Reply inputs = frame["inputs"];
   if (!inputs.is_known()) return text;
-  add_part(text, "inputs on: " + names_that_are(inputs, true));
-  add_part(text, "off: " + names_that_are(inputs, false));
+  add_part(text, "inputs active: " + names_that_are(inputs, true));
+  add_part(text, "inactive: " + names_that_are(inputs, false));
   add_part(text, "insulation monitor: " + inputs["insulation_state"].text());
   return text;
 }
@@ -125,7 +125,7 @@ std::string cleared_text(const Reply& cleared) {
   const std::string name = cleared["user_name"].text();
   return shown_time(cleared["unix_time_ms"]) + " by " +
          (name.empty() ? "user " + shown(cleared["user_id"], Unit::none) : name) +
-         (cleared["authority"].text() == "service" ? ", with authority" : "");
+         (cleared["authority"].text() == "service" ? ", authorised" : "");
 }
 
 /// "open after grace of 250 ms".
@@ -138,8 +138,9 @@ std::string kind_text(const Reply& fault) {
   if (fault["usual_reaction"].is_known()) {
     text += " by the pack file, usually " + reaction_text(fault["usual_reaction"], fault["usual_grace_ms"]);
   }
-  add_part(text, "concerns " + fault["concerns"].text());
-  add_part(text, "latch " + fault["latch"].text());
+  add_part(text, "affects " + fault["concerns"].text());
+  const std::string latch = fault["latch"].text();
+  add_part(text, latch == "none" ? "not latched" : "latched " + latch);
   if (fault["dtc"].is_known()) add_part(text, "DTC " + shown(fault["dtc"], Unit::none));
   if (fault["lithiumate_code"].is_known()) {
     add_part(text, "Lithiumate code " + shown(fault["lithiumate_code"], Unit::none));
@@ -149,12 +150,12 @@ std::string kind_text(const Reply& fault) {
 
 void add_details(Page& page, const Reply& fault) {
   page.add({{fault["name"].text(), style_of(fault)}, plain(": " + fault["meaning"].text())});
-  page.add_field("  seen", {plain(seen_text(fault))});
+  page.add_field("  occurred", {plain(seen_text(fault))});
   for (std::size_t i = 0; i < fault["modules"].size(); ++i) {
-    page.add_field(i == 0 ? "  now" : "", {{fault["modules"].at(i).text(), style_of(fault)}});
+    page.add_field(i == 0 ? "  affected" : "", {{fault["modules"].at(i).text(), style_of(fault)}});
   }
   if (const Reply frame = fault["freeze_frame"]; frame.is_known()) {
-    page.add_field("  then", {plain(trigger_text(frame))});
+    page.add_field("  frame", {plain(trigger_text(frame))});
     page.add_field("", {{frame_text(frame), Style::dim}});
     if (const std::string switches = switches_text(frame); !switches.empty()) {
       page.add_field("", {{switches, Style::dim}});
@@ -163,12 +164,12 @@ void add_details(Page& page, const Reply& fault) {
   if (fault["cleared"].is_known()) page.add_field("  cleared", {plain(cleared_text(fault["cleared"]))});
   if (fault["is_locked"].is_true()) {
     const bool needs_authority = fault["latch"].text() == "until cleared with authority";
-    const std::string who = needs_authority ? "somebody with authority" : "somebody";
-    page.add_field("  locked", {{"until " + who + " clears it, over restarts, too", Style::warning}});
+    const std::string until = needs_authority ? "until authorised clear" : "until cleared";
+    page.add_field("  latched", {{until + ", persists over restarts", Style::warning}});
   }
-  page.add_field("  does", {{kind_text(fault), Style::dim}});
-  if (!fault["cause"].text().empty()) page.add_field("  often", {plain(fault["cause"].text())});
-  if (!fault["remedy"].text().empty()) page.add_field("  to do", {plain(fault["remedy"].text())});
+  page.add_field("  reaction", {{kind_text(fault), Style::dim}});
+  if (!fault["cause"].text().empty()) page.add_field("  cause", {plain(fault["cause"].text())});
+  if (!fault["remedy"].text().empty()) page.add_field("  action", {plain(fault["remedy"].text())});
 }
 
 }  // namespace
@@ -177,7 +178,7 @@ Page fault_page(const Reply& fault, const Reply& modules) {
   Page page;
   add_details(page, fault);
   if (has_something(fault))
-    page.add_field("  stage", {plain(fault["stage"].text() + ", " + fault_details(fault, modules))});
+    page.add_field("  status", {plain(fault["stage"].text() + ", " + fault_details(fault, modules))});
   return page;
 }
 
@@ -188,10 +189,10 @@ Page faults_page(const Reply& reply) {
 Page faults_page(const Reply& faults, const Reply& modules) {
   Page page;
   std::vector<Line> rows{{{"Fault", Style::dim},
-                          {"stage", Style::dim},
+                          {"status", Style::dim},
                           {"count", Style::dim},
                           {"reaction", Style::dim},
-                          {"what was seen", Style::dim}}};
+                          {"reading", Style::dim}}};
   std::vector<Reply> told;
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (!is_listed(faults.at(i))) continue;
@@ -204,9 +205,8 @@ Page faults_page(const Reply& faults, const Reply& modules) {
     add_details(page, fault);
   }
   if (!told.empty()) page.add({});
-  page.add({{(told.empty() ? "No fault has ever been seen; " : "") + std::to_string(faults.size() - told.size()) +
-                 (told.empty() ? " are watched for" : " others have never been seen") +
-                 " (all of them: bmuctl --json faults).",
+  page.add({{(told.empty() ? "No fault recorded; " : "") + std::to_string(faults.size() - told.size()) +
+                 (told.empty() ? " monitored" : " others not recorded") + " (all of them: bmuctl --json faults).",
              Style::dim}});
   return page;
 }

@@ -47,14 +47,14 @@ std::string cycles_text(const Reply& permille) {
 
 void add_flowed(Page& page, const Reply& totals) {
   if (!totals.is_known()) {
-    page.add_field("Flowed", words("nobody keeps it: no state file", Style::dim));
+    page.add_field("Throughput", words("not recorded (no state file)", Style::dim));
     return;
   }
   page.add_field(
-      "Flowed",
+      "Throughput",
       words("out " + shown(totals["charge_out_uAs"], Unit::uAs) + ", " + shown_energy(totals["energy_out_mWh"]) +
             "   in " + shown(totals["charge_in_uAs"], Unit::uAs) + ", " + shown_energy(totals["energy_in_mWh"]) +
-            "   cycles " + cycles_text(totals["cycles_permille"])));
+            "   full cycles " + cycles_text(totals["cycles_permille"])));
 }
 
 void add_cells(std::vector<Line>& rows, const Reply& module) {
@@ -63,7 +63,7 @@ void add_cells(std::vector<Line>& rows, const Reply& module) {
     const bool is_used = at("capacity_pairs").number_or(0) > 0 || at("capacity_refused").number_or(0) > 0;
     const std::string seen = !is_used ? "" : shown(at("capacity_pairs"), Unit::none);
     const std::string refused = at("capacity_refused").number_or(0) > 0
-                                    ? ", refused " + shown(at("capacity_refused"), Unit::none)
+                                    ? ", rejected " + shown(at("capacity_refused"), Unit::none)
                                     : std::string{};
     rows.push_back({{shown(module["node"], Unit::none)},
                     {std::to_string(cell + 1)},
@@ -83,9 +83,10 @@ Page health_page(const Reply& reply) {
   Page page;
   page.add_field("Capacity", words(share(reply["by_capacity_permille"], reply["by_capacity_sigma_permille"]) + " of " +
                                    shown(reply["rated_capacity_uAs"], Unit::uAs) + of_cell(reply["weakest_cell"])));
-  const std::string left = reply["by_resistance_permille"].is_known() ? " left until it has doubled" : "";
-  page.add_field("Resistance", words(share(reply["by_resistance_permille"], reply["by_resistance_sigma_permille"]) +
-                                     left + of_cell(reply["worst_cell"])));
+  const std::string soh = share(reply["by_resistance_permille"], reply["by_resistance_sigma_permille"]);
+  const bool has_soh = reply["by_resistance_permille"].is_known();
+  page.add_field("Resistance", words((has_soh ? "SOH-R " + soh + " (0 % at twice the initial resistance)" : soh) +
+                                     of_cell(reply["worst_cell"])));
   page.add_field("Pack", words(resistance(reply["pack_resistance_uOhm"]) +
                                within(reply["pack_resistance_sigma_uOhm"], Unit::uOhm, resistance_decimals)));
   page.add_field(
@@ -95,17 +96,17 @@ Page health_page(const Reply& reply) {
             of_average(reply["cell_resistance_max_permille"])));
   add_flowed(page, reply["totals"]);
   if (reply["is_charge_paused"].is_true()) {
-    page.add_field("Paused", words("the charger, to see what a step of the current does", Style::strong));
+    page.add_field("Paused", words("charging, for a resistance measurement", Style::strong));
   }
   std::vector<Line> rows{{{"Module", Style::dim},
                           {"Cell", Style::dim},
                           {"No.", Style::dim},
-                          {"Holds", Style::dim},
-                          {"of rated", Style::dim},
-                          {"Seen", Style::dim},
+                          {"Capacity", Style::dim},
+                          {"SOH-C", Style::dim},
+                          {"Samples", Style::dim},
                           {"Resistance", Style::dim},
-                          {"left", Style::dim},
-                          {"by steps", Style::dim}}};
+                          {"SOH-R", Style::dim},
+                          {"Pulse", Style::dim}}};
   for (std::size_t m = 0; m < reply["modules"].size(); ++m) add_cells(rows, reply["modules"].at(m));
   page.add_table(rows, {0, 1, 2, 3, 4, 5, 6, 7, 8});
   return page;

@@ -30,31 +30,30 @@ constexpr const char* footer_begin = R"(Examples:
   bmuctl history --from "2026-03-01 17:00" --to "2026-03-01 18:00" --cells 1.3,2.*
   bmuctl history --from begin --cells all --csv >history.csv
   bmuctl --json history --from -2h | jq '.soc_permille'
-  bmuctl history --events --from yesterday         what happened
+  bmuctl history --events --from yesterday         events
   bmuctl history --file /mnt/card/history.sqlite --from begin
-  bmuctl history --file /var/lib/bmud/history.sqlite.damaged-20260301T171500Z --from begin   what is left of it
+  bmuctl history --file /var/lib/bmud/history.sqlite.damaged-20260301T171500Z --from begin   its readable rows
 
 )";
 constexpr const char* footer_end = R"(
 Tables show this machine's time zone and how far it is ahead of UTC, CSV and JSON have UTC (2026-03-01T16:05:09Z).
 Cells: all, 19 (no. 19), 1.3 (cell 3 of module 1), 2.* (all of module 2).
 
-A minute from before the clock was set is where it was by the clock as it was set later in the same life of the daemon;
-'--from begin' shows the times as they were written.
+A minute from before the clock was set is shown at its time by the clock that was set later in the same session;
+'--from begin' shows the times as written.
 
-Each row is a minute: means, lowest and highest of its samples, and what was known at its end. What was not measured is
-empty, null or "--". JSON is a line a row. Until the first minute is over there is none: "Nothing recorded yet", in JSON
-the line {"nothing_recorded_yet":true, ...}.
+Each row is a minute: mean, minimum and maximum of its samples, and the state at its end. A value that was not measured
+is empty, null or "--". JSON has one line per row. Before the end of the first minute there is no row: "Nothing recorded
+yet", in JSON the line {"nothing_recorded_yet":true, ...}.
 
-The file is the one of the running daemon, else /var/lib/bmud/history.sqlite. It is only read; the daemon may go on
-writing it. Of a damaged one, also of one that the daemon has put aside, all is shown that can still be read.
+The file is that of the running daemon, otherwise /var/lib/bmud/history.sqlite. It is only read; the daemon can write it
+meanwhile. Of a damaged file, including one that the daemon has quarantined, all readable rows are shown.
 
-Exit codes: 0 shown, also where there is nothing in the span; 1 there is no history, none that can be read, or what is
-shown cannot be written; 2 command line; 3 it is damaged: what could be read of it is shown, and standard error names
-what could not.)";
+Exit codes: 0 shown, even if the time range is empty; 1 no history, an unreadable one, or the output cannot be written;
+2 command line; 3 damaged: the readable rows are shown, and standard error names the others.)";
 
 std::string complain(const std::string& text, const char* wanted) {
-  return "found '" + text + "', wanted " + wanted;
+  return "found '" + text + "', expected " + wanted;
 }
 std::string is_choice(const std::string& text) {
   return cell_choice_from(text) ? "" : complain(text, cell_choice_form);
@@ -200,25 +199,24 @@ void say_nothing_there(HistoryReader& history, const char* what) {
 /// On standard error, because a program may read standard output.
 void say_of_no_time(std::size_t rows) {
   if (rows == 0) return;
-  std::fprintf(
-      stderr,
-      "bmuctl: history: %zu minutes may belong here and are not shown, as the clock was not set in all of their "
-      "life of the daemon; '--from begin' shows them\n",
-      rows);
+  std::fprintf(stderr,
+               "bmuctl: history: %zu minutes may belong to this time range and are not shown, because the clock was "
+               "never set in their session; '--from begin' shows them\n",
+               rows);
 }
 
 }  // namespace
 
 void HistoryCommand::add_to(CLI::App& app) {
-  command_ = app.add_subcommand("history", "what the pack did, minute by minute, and what happened");
-  command_->add_option("--from", from_, "the first time that is wanted; without it the last hour")->type_name("TIME");
-  command_->add_option("--to", to_, "up to here")->type_name("TIME");
+  command_ = app.add_subcommand("history", "minute averages and events from the history database");
+  command_->add_option("--from", from_, "start of the time range; default: the last hour")->type_name("TIME");
+  command_->add_option("--to", to_, "end of the time range")->type_name("TIME");
   command_->add_option("--cells", cells_, "cells to show one by one, with the sensors of their modules in CSV and JSON")
       ->check(is_choice)
       ->type_name("CELLS");
-  command_->add_flag("--events", events_, "what happened instead of the minutes");
+  command_->add_flag("--events", events_, "events instead of minutes");
   command_->add_flag("--csv", csv_, "comma separated values with a line of names");
-  command_->add_option("--file", file_, "another database than the daemon's")->type_name("PATH");
+  command_->add_option("--file", file_, "database to read instead of the daemon's")->type_name("PATH");
   command_->footer(std::string(footer_begin) + time_words_help + footer_end);
 }
 
@@ -226,7 +224,8 @@ int HistoryCommand::run(const HistoryCommandContext& context) const {
   const bool has_span = !from_.empty() || !to_.empty();
   const auto span = time_span_from_words(has_span ? from_ : default_from, to_, now_in_unix_ms());
   if (!span || (context.json && csv_)) {
-    std::fprintf(stderr, "bmuctl: history: %s\n", span ? "--csv and --json: wanted one of them" : span.error().c_str());
+    std::fprintf(stderr, "bmuctl: history: %s\n",
+                 span ? "--csv and --json: expected only one of them" : span.error().c_str());
     return exit_usage;
   }
   auto history = HistoryReader::open(file_.empty() ? history_file(context.socket) : file_);

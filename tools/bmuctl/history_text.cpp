@@ -26,7 +26,7 @@ std::string utc_text(const HistoryNumber& unix_ms) {
   return unix_ms ? utc_time_text(*unix_ms) : "";
 }
 std::string local_text(const HistoryNumber& unix_ms) {
-  return unix_ms ? local_time_text(*unix_ms) : "time not known";
+  return unix_ms ? local_time_text(*unix_ms) : "time unknown";
 }
 
 /// Replaces what a terminal would execute: the control characters, and those of the upper half, C2h 80h to C2h 9Fh.
@@ -240,8 +240,8 @@ Line HistoryTable::head() const {
 void HistoryTable::add(const HistoryRow& row, const HistoryLife& life) {
   if (tables_.empty() || tables_.back().life != life.id) {
     tables_.push_back({.life = life.id,
-                       .heading = "Life " + std::to_string(life.id) + " of the daemon: " +
-                                  (life.pack_name.empty() ? "pack not known" : harmless(life.pack_name)) + ", " +
+                       .heading = "Session " + std::to_string(life.id) + ": " +
+                                  (life.pack_name.empty() ? "pack unknown" : harmless(life.pack_name)) + ", " +
                                   std::to_string(life.layout.cell_count()) + " cells, bmud " + harmless(life.version),
                        .rows = {head()}});
   }

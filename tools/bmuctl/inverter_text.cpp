@@ -9,17 +9,17 @@ namespace {
 
 Line voice_of(const Reply& inverter) {
   const Reply ago = inverter["heard_ago_ms"];
-  if (inverter["is_talking"].is_true()) return {plain("heard " + shown_span(ago) + " ago")};
+  if (inverter["is_talking"].is_true()) return {plain("received " + shown_span(ago) + " ago")};
   const bool is_silent = inverter["is_silent"].is_true();
-  const std::string since = is_silent ? "silent for " : "not heard for ";
-  return {{ago.is_known() ? since + shown_span(ago) : "not heard yet", is_silent ? Style::bad : Style::dim}};
+  const std::string since = is_silent ? "silent for " : "not received for ";
+  return {{ago.is_known() ? since + shown_span(ago) : "not received yet", is_silent ? Style::bad : Style::dim}};
 }
 
 Line trouble_of(const Reply& inverter) {
   const std::string number = ", number " + shown(inverter["error_number"], Unit::none);
   if (inverter["has_failed"].is_true()) return {{"failed" + number, Style::bad}};
   if (inverter["has_warning"].is_true()) return {{"warns" + number, Style::warning}};
-  return {plain("none told")};
+  return {plain("none reported")};
 }
 
 std::string requests_of(const Reply& told) {
@@ -49,7 +49,7 @@ Page inverter_page(const Reply& status) {
   Page page;
   const Reply inverter = status["inverter"];
   if (!inverter.is_known()) {
-    page.add_field("Inverter", {plain("none is told anything: section inverter of the pack file")});
+    page.add_field("Inverter", {plain("none configured: section inverter of the pack file")});
     return page;
   }
   const Reply told = inverter["told"];
@@ -59,10 +59,10 @@ Page inverter_page(const Reply& status) {
                                   shown(told["charge_voltage_limit_mV"], Unit::mV))});
   page.add_field("Discharge", {plain("up to " + shown(told["discharge_limit_mA"], Unit::mA) + ", to " +
                                      shown(told["discharge_voltage_limit_mV"], Unit::mV))});
-  page.add_field("Told", {plain("SOC " + shown(told["soc_permille"], Unit::permille) + "   SOH " +
-                                shown(told["soh_permille"], Unit::permille))});
-  page.add_field("Asked for", {plain(requests_of(told))});
-  page.add_field("Measures",
+  page.add_field("Reported", {plain("SOC " + shown(told["soc_permille"], Unit::permille) + "   SOH " +
+                                    shown(told["soh_permille"], Unit::permille))});
+  page.add_field("Request", {plain(requests_of(told))});
+  page.add_field("Measured",
                  {plain(shown(inverter["voltage_mV"], Unit::mV) + "   " + shown(inverter["current_mA"], Unit::mA) +
                         "   " + shown(inverter["temperature_dC"], Unit::dC))});
   page.add_field("Trouble", trouble_of(inverter));

@@ -34,84 +34,85 @@ constexpr int assignment_period_ms = 50;
 constexpr int assignment_pictures_max = 80;
 
 constexpr const char* footer = R"(Examples:
-  bmuctl status                    the whole pack at a glance
-  bmuctl watch                     the live picture; q or Ctrl-C ends it
-  bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
-  bmuctl why                       why it opened, why it does not close, why it is limited
-  bmuctl faults cell_imbalance     one fault: what it is, what was seen, what is often behind it, what to do
-  bmuctl clear                     end faults that wait for it and whose cause is gone
-  bmuctl clear --authorised        those, too, that need somebody who has looked at the pack
-  bmuctl modules                   who is on which node, who should be, how they answer (bmuctl modules --help)
-  bmuctl balance --off             stop bleeding cells, until --on or a new start of the daemon
-  bmuctl health                    capacities, resistances, energy and cycles over all lives of the daemon
-  bmuctl charger                   what the chargers are asked for, what they give, and what they say
-  bmuctl inverter                  what the inverter is told, and whether it is heard
-  bmuctl report drive.log          a recording as a page with pictures (bmuctl report --help)
-  bmuctl history --from today      what the pack did, minute by minute (bmuctl history --help)
-  bmuctl wake                      wake the modules of a pack that rests after an undervoltage
-  bmuctl reload                    take up the pack file anew: all of it, or nothing, and what has changed
+  bmuctl status                    overview of the pack
+  bmuctl watch                     live view; q or Ctrl-C ends it
+  bmuctl watch --seconds 60 >log   one line per second for a minute, the live view at the end
+  bmuctl why                       reasons for the present state, the last opening and the current limits
+  bmuctl faults cell_imbalance     one fault: meaning, freeze frame, typical cause and action
+  bmuctl clear                     clear latched faults whose cause is gone
+  bmuctl clear --authorised        also clear faults that require an inspection of the pack
+  bmuctl modules                   module identities, expected identities and answer times (bmuctl modules --help)
+  bmuctl balance --off             switch balancing off until --on or a restart of the daemon
+  bmuctl health                    capacities, resistances, energy and cycles over all sessions of the daemon
+  bmuctl charger                   requests to the chargers, their outputs and reports
+  bmuctl inverter                  values sent to the inverter, and its keep-alive
+  bmuctl report drive.log          HTML report of a recording (bmuctl report --help)
+  bmuctl history --from today      minute averages from the history database (bmuctl history --help)
+  bmuctl wake                      wake the modules from sleep after an undervoltage
+  bmuctl reload                    reload the pack file, completely or not at all, and list the changes
   bmuctl --json cells | jq .modules[0]
-  bmuctl --json drive | jq .drive  the answer to "status", in which the drive is
+  bmuctl --json drive | jq .drive  the reply to "status", which contains the drive
 
-Members of the group bmud may look; clear, wake, reload, balance --on and --off, modules accept and modules assign obey
-members of bmud-admin, root and the user the daemon runs as. Who did what is in the daemon's log, who cleared what in "bmuctl faults", too.
+Group bmud has read access; clear, wake, reload, balance --on and --off, modules accept and modules assign require group
+bmud-admin, root or the user of the daemon. The daemon's log lists all commands with their user, "bmuctl faults" also
+the last clear of each fault.
 
-Exit codes: 0 answered; 1 no daemon answers, it went away, or it refused, or the answer cannot be written; 2 command line; 3 answered, but "clear" left a
-fault that does more than warn (what it prints, or "still_present" and "reasons" of --json, say which and why), "modules
-accept" could not accept a module that is there, or the one it was asked for (it says why), "modules assign" was not
-obeyed, or "charger" or "inverter" was asked of a pack that has none.)";
+Exit codes: 0 answered; 1 no daemon answers, the connection was lost, the request was refused, or the output cannot be
+written; 2 command line; 3 incomplete: "clear" left a confirmed fault above "warn" (the output, or "still_present" and
+"reasons" of --json, name it with the reason), "modules accept" left a module unregistered (with the reason), "modules
+assign" failed, or the pack has no charger or inverter for "charger" or "inverter".)";
 
 constexpr const char* modules_footer = R"(Examples:
-  bmuctl modules                         both tables, and what is not as expected
+  bmuctl modules                         both tables, and all deviations
   bmuctl --json modules | jq '.modules[] | {node, serial_number, problems}'
-  bmuctl modules accept 3                the module found at node 3 belongs there from now on
+  bmuctl modules accept 3                register the module found at node 3
   bmuctl modules accept                  the same for all nodes
-  bmuctl modules assign 4711 3           give node 3 to the module with serial number 4711, and see that it has it
-  bmuctl modules assign 4711 3 --unheard the same for one that shares its node number with others and so is not heard
+  bmuctl modules assign 4711 3           assign node 3 to the module with serial number 4711, and verify it
+  bmuctl modules assign 4711 3 --unheard the same for a module that was not received, e.g. with a shared node number
 
-The first table says who is there: the serial number found and, where it is another, the expected one; what that means
-(expected, exchanged, misplaced, swapped, unheard); mode, supply, cells, sensors, and whether the pack's limits are set.
-The second says how they answer: times from POLL to the end of the answer, jitter, complete and missed answers, how often
-a module was asked alone because something was missing, frames refused by reason, restarts.
+The first table shows the module identities: the serial number found and, if it differs, the expected one; the identity
+(expected, exchanged, misplaced, swapped, unheard); mode, supply, cells, temperatures, and whether the cell limits of
+the pack are set. The second shows the answers: times from POLL to the end of the answer, jitter, complete and missed
+answers, single polls of a module with missing data, rejected frames by reason, restarts.
 
-"accept" and "assign" obey members of bmud-admin, root and the user the daemon runs as, while the pack is open and nobody
-wants it closed.
+"accept" and "assign" require group bmud-admin, root or the user of the daemon, open contactors and no close request.
 
-Exit codes of "accept": 0 whoever is there belongs there now, and who is not heard is told; 3 somebody who is there could
-not be accepted (two speak under one number, the pack file names another one), or nobody is heard at the NODE given; 1
-refused, or no answer. Of "assign": 0 the module has said that it has the number, or had it already; 3 it did not; 1
-refused (the text says why), or no answer.
-Two modules that have to change places go by way of a third, free number.)";
+Exit codes of "accept": 0 all received modules are registered; modules not received are listed; 3 a received module
+could not be registered (two modules with one node number, another serial number in the pack file), or no module was
+received at the given NODE; 1 refused, or no answer. Of "assign": 0 the module confirmed the node number, or already had
+it; 3 it did not; 1 refused (with the reason), or no answer.
+To swap two modules use a third, free node number.)";
 
 constexpr const char* watch_footer = R"(Examples:
   bmuctl watch                     q or Ctrl-C ends it
-  bmuctl watch --seconds 60 >log   a line a second for a minute, the picture at the end
+  bmuctl watch --seconds 60 >log   one line per second for a minute, the live view at the end
 
-Exit codes: 0 ended as told; 1 no daemon answers, it went away or it refused; 2 command line.)";
+Exit codes: 0 ended by key, signal or --seconds; 1 no daemon answers, the connection was lost or the request was
+refused; 2 command line.)";
 
 constexpr const char* report_footer_begin = R"(Examples:
   bmuctl report drive.log                            writes drive.html
   bmuctl report drive.log --out - | ssh desk 'cat >drive.html'
-  bmuctl report /var/lib/bmud/drives/*.log.zst --out day.html   several in the order of their times, as one page
+  bmuctl report /var/lib/bmud/drives/*.log.zst --out day.html   several, ordered by time, in one page
   bmuctl report drive.log.zst --from "2026-03-01 17:05" --to "2026-03-01 17:20"
   bmuctl report --from -7d --out week.html           of the daemon's history; without --from the last day
   bmuctl report /mnt/card/history.sqlite --from -30d
   bmuctl report /mnt/card/history.sqlite --from begin
 
 )";
-constexpr const char* report_footer_end = R"( The page itself has UTC,
-what is written on the terminal this machine's time zone.
+constexpr const char* report_footer_end = R"( The page itself uses UTC,
+the terminal output the time zone of this host.
 
-The page needs no network: cells over time as bands with those named that are unlike the others, state of charge with its
-uncertainty, current and limits with what bounds them, contactors and faults, temperatures, resistance and balancing of
-each cell. No daemon is asked but where its history is.
+The page needs no network: cell voltages over time as bands, with the outliers named, state of charge with its
+uncertainty, current and limits with their causes, contactors and faults, temperatures, resistance and balancing of each
+cell. The daemon is queried only for the path of its history.
 
-What is damaged is left out, and reading goes on at the next part of the recording, or the next minute that is good. Holes,
-also those between two recordings, are in the pictures, in a list on the page and on standard error. What two recordings
-have of the same time is shown once.
+Damaged parts are skipped; reading resumes at the next part of the recording, or at the next valid minute. Gaps, also
+between two recordings, are shown in the charts, in a list on the page and on standard error. Data that two recordings
+have in common is shown once.
 
-Exit codes: 0 written; 1 it cannot be read or written, or nothing is in it; 2 command line; 3 written, but a recording or
-the history is damaged, or one of several files is no recording: the page says where.)";
+Exit codes: 0 written; 1 input or output error, or no data; 2 command line; 3 written, but a recording or the history is
+damaged, or one of several files is not a recording: the page names the places.)";
 
 /// A command with one request and one answer.
 struct CommandRow {
@@ -131,7 +132,7 @@ constexpr std::array command_table{
     CommandRow{
         .name = "status",
         .asks = "status",
-        .help = "the whole pack at a glance",
+        .help = "overview of the pack",
         .page = status_page,
         .prints = "state, values, limits and what binds them, faults, contactors, modules, buses, the daemon itself",
         .example = "--json status | jq .values.current_mA"},
@@ -141,25 +142,22 @@ constexpr std::array command_table{
                .page = cells_page,
                .prints = "a row for each cell, then the temperatures of each module",
                .example = "--json cells | jq .modules[0]"},
-    CommandRow{
-        .name = "faults",
-        .asks = "faults",
-        .help = "every fault the daemon knows, and what was seen",
-        .page = faults_page,
-        .prints =
-            "what is wrong and what was: how often, when, the pack's values then, what is often behind it, what to do",
-        .example = "faults cell_imbalance",
-        .page_also_asks = "status"},
-    CommandRow{
-        .name = "why",
-        .asks = "why",
-        .help = "why the pack is in its state, why it opened, why it is limited",
-        .page = why_page,
-        .prints = "sentences, and behind them each answer step by step, from what was measured to what was decided",
-        .example = "why | grep 'To do'"},
+    CommandRow{.name = "faults",
+               .asks = "faults",
+               .help = "all faults with status, count and last reading",
+               .page = faults_page,
+               .prints = "present and past faults: count, times, freeze frame, typical cause and action",
+               .example = "faults cell_imbalance",
+               .page_also_asks = "status"},
+    CommandRow{.name = "why",
+               .asks = "why",
+               .help = "reasons for the present state, the last opening and the current limits",
+               .page = why_page,
+               .prints = "sentences, then the chain of reasons from the measurement to the decision",
+               .example = "why | grep Action"},
     CommandRow{.name = "drive",
                .asks = "status",
-               .help = "how the pack closed last, what went through it, why it opened",
+               .help = "last drive cycle: precharge, throughput, opening",
                .page = drive_page,
                .prints = "the last closing with its precharge, charge and energy since, the last opening",
                .example = "--json drive | jq .drive"},
@@ -167,67 +165,68 @@ constexpr std::array command_table{
                .asks = "clear",
                .help = "clear latched faults whose cause is gone",
                .page = clear_page,
-               .prints = "what was cleared, and why what is left is still there",
+               .prints = "the cleared faults, and the reasons for those still confirmed",
                .example = "clear --authorised",
                .falls_short = leaves_faults,
-               .when_short = "a fault is left that does more than warn"},
+               .when_short = "a fault above \"warn\" is still confirmed"},
     CommandRow{.name = "modules",
                .asks = "modules",
-               .help = "who is on which node, who should be, and how they answer",
+               .help = "module identities, expected identities and answer times",
                .page = modules_page,
                .prints = "",
                .example = ""},
     CommandRow{.name = "balance",
                .asks = "balance",
-               .help = "what is bled from which cell, and what speaks against it",
+               .help = "balancing per cell, plan and balancing inhibits",
                .page = balance_page,
-               .prints = "the plan, what speaks against it, and a row for each cell that has a part in it",
+               .prints = "the plan, the balancing inhibits, and a row for each cell that takes part",
                .example = "balance --off"},
-    CommandRow{.name = "health",
-               .asks = "health",
-               .help = "each cell's capacity and resistance, and what is left of them",
-               .page = health_page,
-               .prints = "the pack's health, energy and cycles over all lives of the daemon, then a row for each cell",
-               .example = "health"},
+    CommandRow{
+        .name = "health",
+        .asks = "health",
+        .help = "capacity, resistance and SOH of every cell",
+        .page = health_page,
+        .prints = "the pack's health, energy and cycles over all sessions of the daemon, then a row for each cell",
+        .example = "health"},
     CommandRow{
         .name = "charger",
         .asks = "status",
-        .help = "what the chargers are asked for, and what they give and say",
+        .help = "requests to the chargers, their outputs and reports",
         .page = charger_page,
         .prints =
-            "where the charge is, what is asked for, and of each unit what it gives, its troubles, its temperature and "
-            "the frames refused. --json prints the answer to \"status\", in which it is \"charger\"",
+            "stage of the charge, request, and for each unit its output, troubles, temperature and refused frames. "
+            "--json prints the reply to \"status\", which contains it as \"charger\"",
         .example = "--json charger | jq .charger.units",
         .falls_short = has_no_charger,
         .when_short = "the pack has no charger; \"charger\" is null then"},
     CommandRow{.name = "inverter",
                .asks = "status",
-               .help = "what the inverter is told, and what it says",
+               .help = "values sent to the inverter, and its reports",
                .page = inverter_page,
                .prints =
-                   "whether it is heard, what it may charge and discharge, what it says. --json prints the answer to "
-                   "\"status\", in which it is \"inverter\"",
+                   "keep-alive, permitted charge and discharge, reports. --json prints the reply to \"status\", which "
+                   "contains it as \"inverter\"",
                .example = "--json inverter | jq .inverter.told",
                .falls_short = has_no_inverter,
                .when_short = "the pack has no inverter; \"inverter\" is null then"},
     CommandRow{.name = "wake",
                .asks = "wake",
-               .help = "wake the modules of a pack that rests after an undervoltage",
+               .help = "wake the modules from sleep after an undervoltage",
                .page = wake_page,
-               .prints = "whether there was anything to wake",
+               .prints = "whether the modules were asleep",
                .example = "wake"},
     CommandRow{.name = "reload",
                .asks = "reload",
-               .help = "take up the pack file anew, while the pack is open",
+               .help = "reload the pack file (contactors must be open)",
                .page = reload_page,
-               .prints = "what has changed, or everything that is wrong with the file",
+               .prints = "the changed values, or all errors of the file",
                .example = "reload",
                .answer_max = reload_answer_max},
 };
 
 /// Help text of one command in addition to its options.
 std::string footer_of(const CommandRow& row) {
-  std::string codes = "0 answered; 1 no daemon answers, it went away or it refused; 2 command line";
+  std::string codes = "0 answered; 1 no daemon answers, connection lost or request refused; 2 command line";
   if (row.when_short != nullptr) codes += "; 3 answered, but " + std::string(row.when_short);
   return "Prints " + std::string(row.prints) + ".\n\nExample:\n  bmuctl " + row.example + "\n\nExit codes: " + codes +
          ".";
@@ -251,7 +250,7 @@ struct Options {
 
 constexpr CommandRow accept_row{.name = "accept",
                                 .asks = "accept_modules",
-                                .help = "the modules found on their nodes belong there from now on",
+                                .help = "register the modules found at their nodes",
                                 .page = accept_page,
                                 .prints = "",
                                 .example = "",
@@ -281,7 +280,7 @@ Result<std::string, std::string> answer_to(const nlohmann::json& question, Clien
 int refused(const Reply& reply) {
   const std::string message = reply["error"]["message"].text();
   const Reply problems = reply["error"]["problems"];
-  const int status = fail(message.empty() ? "the daemon's answer makes no sense" : "the daemon refuses: " + message);
+  const int status = fail(message.empty() ? "invalid reply from the daemon" : "refused: " + message);
   for (std::size_t i = 0; i < problems.size(); ++i) std::fprintf(stderr, "%s\n", problems.at(i).text().c_str());
   return status;
 }
@@ -318,8 +317,8 @@ std::string no_such_fault(const std::string& name, const Reply& faults) {
     const std::string other = faults.at(i)["name"].text();
     if (other.find(name) != std::string::npos) alike += (alike.empty() ? "" : ", ") + other;
   }
-  return "no fault is called \"" + name + "\"" +
-         (alike.empty() ? "; all names: bmuctl --json faults | jq -r .faults[].name" : ", but " + alike);
+  return "unknown fault \"" + name + "\"; " +
+         (alike.empty() ? "all names: bmuctl --json faults | jq -r .faults[].name" : "similar: " + alike);
 }
 
 /// Shows one fault by its name, whether it ever occurred or not.
@@ -357,10 +356,10 @@ Result<nlohmann::json, std::string> assignment_end(std::int64_t number, Client& 
     if (!line) return failure(line.error());
     nlohmann::json json = nlohmann::json::parse(*line, nullptr, false);
     const Reply assignment = Reply(json)["status"]["assignment"];
-    if (assignment["number"].number() != number) return failure(std::string("somebody else gave a node number"));
+    if (assignment["number"].number() != number) return failure(std::string("superseded by another node assignment"));
     if (assignment["is_over"].is_true()) return json["status"]["assignment"];
   }
-  return failure(std::string("the daemon does not tell how it ended: see bmuctl modules"));
+  return failure(std::string("result unknown: see bmuctl modules"));
 }
 
 int assign(const Options& options) {
@@ -398,11 +397,11 @@ int watch_pack(const Options& options) {
 }
 
 CLI::App* add_watch(CLI::App& app, Options& options) {
-  CLI::App* watch = app.add_subcommand("watch", "the live picture on a terminal, a line a second elsewhere");
-  watch->add_option("--seconds", options.seconds, "end after so long")->check(command_line::number(0.1, 1e6));
-  watch->add_option("--period", options.period_s, "seconds between two pictures or lines")
+  CLI::App* watch = app.add_subcommand("watch", "live view on a terminal; one line per second if redirected");
+  watch->add_option("--seconds", options.seconds, "end after this time")->check(command_line::number(0.1, 1e6));
+  watch->add_option("--period", options.period_s, "seconds between two updates or lines")
       ->check(command_line::number(0.05, 60.0));
-  watch->add_flag("--reconnect", options.reconnect, "wait for the daemon while it is away, instead of ending");
+  watch->add_flag("--reconnect", options.reconnect, "reconnect when the connection is lost, instead of ending");
   watch->footer(watch_footer);
   return watch;
 }
@@ -412,39 +411,38 @@ void add_modules(CLI::App& modules, Options& options) {
   modules.footer(modules_footer);
   modules.require_subcommand(0, 1);
   CLI::App* accept = modules.add_subcommand(accept_row.name, accept_row.help);
-  accept->add_option("NODE", options.node, "of this node; without it of all")
+  accept->add_option("NODE", options.node, "node number; default: all nodes")
       ->check(command_line::whole_number(1, node_max));
-  CLI::App* assign = modules.add_subcommand("assign", "give a node number to the module with this serial number");
+  CLI::App* assign = modules.add_subcommand("assign", "assign a node number to the module with this serial number");
   assign->add_option("SERIAL", options.serial_number, "the module's serial number")
       ->required()
       ->check(command_line::whole_number(0, UINT32_MAX));
   assign->add_option("NODE", options.node, "its new node number")
       ->required()
       ->check(command_line::whole_number(1, node_max));
-  assign->add_flag("--unheard", options.unheard, "although nobody with this serial number has been heard");
+  assign->add_flag("--unheard", options.unheard, "assign even if no module with this serial number has been received");
 }
 
 void add_report(CLI::App& app, ReportOptions& options) {
-  CLI::App* report =
-      app.add_subcommand("report", "a recording, a black box or the history as one HTML page with pictures");
+  CLI::App* report = app.add_subcommand("report", "HTML report with charts of a recording, a black box or the history");
   report->footer(std::string(report_footer_begin) + time_words_help + report_footer_end);
   report->add_option("FILE", options.files,
-                     "recordings and black boxes, or a history's database; without it the daemon's history");
+                     "recordings and black boxes, or a history database; default: the daemon's history");
   report
       ->add_option("-o,--out", options.out,
                    "the page; default: the (earliest) FILE with .html instead of its ending; - is standard output")
       ->type_name("PATH");
   report
       ->add_option("--from", options.from,
-                   "from this time on, as \"2026-03-01 17:05\"; of a history otherwise the last day")
+                   "start of the time range, e.g. \"2026-03-01 17:05\"; default for a history: the last day")
       ->type_name("TIME");
-  report->add_option("--to", options.to, "up to this time")->type_name("TIME");
+  report->add_option("--to", options.to, "end of the time range")->type_name("TIME");
 }
 
 /// Returns the watch command, which has its own options.
 const CLI::App* add_options(CLI::App& app, Options& options) {
   app.add_option("--socket", options.socket, "the daemon's socket")->type_name("PATH")->capture_default_str();
-  app.add_flag("--json", options.json, "the daemon's own answer, a line of JSON");
+  app.add_flag("--json", options.json, "the reply of the daemon, one line of JSON");
   app.add_option("--color", options.colour, "auto, always or never")
       ->check(command_line::one_of({"auto", "always", "never"}))
       ->capture_default_str();
@@ -454,13 +452,14 @@ const CLI::App* add_options(CLI::App& app, Options& options) {
   app.footer(footer);
   for (const CommandRow& row : command_table) app.add_subcommand(row.name, row.help)->footer(footer_of(row));
   app.get_subcommand("clear")->add_flag("--authorised", options.authorised,
-                                        "those, too, that need somebody who has looked at the pack");
+                                        "also clear faults that require an inspection of the pack");
   app.get_subcommand("faults")->add_option("NAME", options.fault,
-                                           "this one, seen or not: what is often behind it, what to do");
+                                           "this fault only, recorded or not, with typical cause and action");
   add_modules(*app.get_subcommand("modules"), options);
   CLI::App* balance = app.get_subcommand("balance");
-  CLI::Option* off = balance->add_flag("--off", options.balancing_off, "stop, until --on or a new start of the daemon");
-  balance->add_flag("--on", options.balancing_on, "as the pack file says, again")->excludes(off);
+  CLI::Option* off =
+      balance->add_flag("--off", options.balancing_off, "switch balancing off until --on or a restart of the daemon");
+  balance->add_flag("--on", options.balancing_on, "return to the setting of the pack file")->excludes(off);
   return add_watch(app, options);
 }
 
@@ -475,7 +474,7 @@ int ask_modules(const CLI::App& modules, const Options& options) {
 int parse_and_ask(int argc, char** argv) {
   Options options;
   ReportOptions report_options;
-  CLI::App app("Shows and asks a running bmud.", "bmuctl");
+  CLI::App app("Queries and controls a running bmud.", "bmuctl");
   const CLI::App* watch = add_options(app, options);
   add_report(app, report_options);
   HistoryCommand history;

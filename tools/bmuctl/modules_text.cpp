@@ -25,7 +25,7 @@ std::string serial_cell(const Reply& module) {
   const std::string found = shown(module["serial_number"], Unit::none);
   const Reply expected = module["serial_number_expected"];
   const bool differs = expected.is_known() && expected.number() != module["serial_number"].number();
-  return differs ? found + " (not " + shown(expected, Unit::none) + ")" : found;
+  return differs ? found + " (expected " + shown(expected, Unit::none) + ")" : found;
 }
 
 std::string state_cell(const Reply& module) {
@@ -39,7 +39,8 @@ std::string supply_cell(const Reply& module) {
 }
 
 void add_identities(Page& page, const Reply& modules) {
-  std::vector<Line> rows{heading({"Module", "serial", "place", "state", "supply", "cells", "sensors", "limits"})};
+  std::vector<Line> rows{
+      heading({"Module", "serial", "identity", "mode", "supply", "cells", "temperatures", "limits"})};
   for (std::size_t i = 0; i < modules.size(); ++i) {
     const Reply module = modules.at(i);
     const bool is_good = module["problems"].size() == 0;
@@ -58,8 +59,9 @@ void add_identities(Page& page, const Reply& modules) {
 }
 
 void add_answers(Page& page, const Reply& modules) {
-  std::vector<Line> rows{heading({"Module", "last", "mean", "95 %", "worst", "jitter", "complete", "missed", "permille",
-                                  "asked alone", "crc", "length", "counter", "range", "late", "restarts"})};
+  std::vector<Line> rows{
+      heading({"Module", "last", "mean", "p95", "max", "jitter", "complete", "missed", "missed permille",
+               "single polls", "crc", "length", "counter", "range", "late", "restarts"})};
   for (std::size_t i = 0; i < modules.size(); ++i) {
     const Reply times = modules.at(i)["answer_times"];
     const Reply losses = modules.at(i)["losses"];
@@ -91,13 +93,13 @@ void add_stranger(Page& page, const Reply& stranger) {
   const std::string who = stranger["serial_number"].is_known()
                               ? "serial number " + shown(stranger["serial_number"], Unit::none) + ", " +
                                     shown(stranger["cell_count"], Unit::none) + " cells"
-                              : "has not said who it is";
-  page.add({{"An extra module at node " + shown(stranger["node"], Unit::none) + ": " + who + ".", Style::bad}});
+                              : "not identified";
+  page.add({{"Unknown module at node " + shown(stranger["node"], Unit::none) + ": " + who + ".", Style::bad}});
 }
 
 /// The origin of the modules, and the substitutes for the functions that they lack.
 void add_foreign(Page& page, const Reply& foreign) {
-  page.add_field("Speak", {plain(foreign["title"].text())});
+  page.add_field("Protocol", {plain(foreign["title"].text())});
   for (std::size_t i = 0; i < foreign["cannot"].size(); ++i) {
     page.add({{capitalised(foreign["cannot"].at(i).text()) + ".", Style::dim}});
   }
@@ -108,10 +110,9 @@ void add_foreign(Page& page, const Reply& foreign) {
 Page modules_page(const Reply& reply) {
   Page page;
   const Reply modules = reply["modules"];
-  page.add_field(
-      "Polled",
-      {plain(reply["poll"]["pace"].text() + ", every " + shown(reply["poll"]["period_ms"], Unit::ms) + "   answering " +
-             shown(reply["modules_answering"], Unit::none) + " of " + shown(reply["modules_expected"], Unit::none))});
+  page.add_field("Poll rate", {plain(reply["poll"]["pace"].text() + ", " + shown(reply["poll"]["period_ms"], Unit::ms) +
+                                     "   " + shown(reply["modules_answering"], Unit::none) + " of " +
+                                     shown(reply["modules_expected"], Unit::none) + " answering")});
   if (reply["foreign"].is_known()) add_foreign(page, reply["foreign"]);
   add_identities(page, modules);
   add_answers(page, modules);
@@ -122,7 +123,7 @@ Page modules_page(const Reply& reply) {
   }
   for (std::size_t i = 0; i < reply["strangers"].size(); ++i) add_stranger(page, reply["strangers"].at(i));
   if (reply["assignment"].is_known()) {
-    page.add({plain("The last node number given: " + reply["assignment"]["text"].text() + ".")});
+    page.add({plain("Last node assignment: " + reply["assignment"]["text"].text() + ".")});
   }
   return page;
 }
@@ -134,21 +135,21 @@ Page accept_page(const Reply& reply) {
     const Reply one = accepted.at(i);
     const Reply before = one["serial_number_before"];
     page.add(
-        {{"Module " + shown(one["node"], Unit::none) + " is serial number " + shown(one["serial_number"], Unit::none) +
-              " from now on" + (before.is_known() ? ", it was " + shown(before, Unit::none) : "") + ".",
+        {{"Module " + shown(one["node"], Unit::none) + ": serial number " + shown(one["serial_number"], Unit::none) +
+              " registered" + (before.is_known() ? ", previously " + shown(before, Unit::none) : "") + ".",
           Style::good}});
   }
   const std::size_t already = reply["already"].size();
   if (accepted.size() == 0 && already > 0) {
-    page.add({plain("Nothing to accept: " +
-                    (already == 1 ? std::string("the module found belongs where it is.")
-                                  : "the " + std::to_string(already) + " modules found belong where they are."))});
+    page.add({plain("Nothing to accept: " + (already == 1
+                                                 ? std::string("the module is registered.")
+                                                 : "all " + std::to_string(already) + " modules are registered."))});
   }
   for (std::size_t i = 0; i < reply["not_accepted"].size(); ++i) {
     page.add({{"Not accepted: " + reply["not_accepted"].at(i)["text"].text() + ".", Style::bad}});
   }
   for (std::size_t i = 0; i < reply["problems"].size(); ++i) {
-    page.add({{"Still so: " + reply["problems"].at(i).text() + ".", Style::warning}});
+    page.add({{"Remaining problem: " + reply["problems"].at(i).text() + ".", Style::warning}});
   }
   return page;
 }

@@ -39,8 +39,7 @@ void draw_title(const Reply& status, std::string_view notice, Canvas& canvas) {
   canvas.fill(0, Style::title);
   int column = canvas.put(1, 1, "reported: ", Style::dim);
   column = canvas.put(1, column, state["vehicle_state"].text(), style_of_phase(state["phase"].text()));
-  canvas.put(1, column, state["close_requested"].is_true() ? "; closing is asked for" : "; nobody asks for closing",
-             Style::dim);
+  canvas.put(1, column, state["close_requested"].is_true() ? "; close request" : "; no close request", Style::dim);
   if (!notice.empty()) {
     const std::string text = " " + std::string(notice) + " ";
     canvas.put(1, std::max(canvas.width() - static_cast<int>(width_of(text)), 0), text, Style::bad);
@@ -160,7 +159,7 @@ Line limit_line(std::string_view name, const Reply& limit, const Reply& for_long
   const int room = width - static_cast<int>(width_of(name) + width_of(value)) - 4;
   std::string reason = limit_reason(limit, static_cast<std::size_t>(std::max(room, 1)));
   if (for_long["limit_mA"].number_or(0) < limit["limit_mA"].number_or(0)) {
-    const std::string more = ";  " + shown(for_long["limit_mA"], Unit::mA) + " for long";
+    const std::string more = ";  " + shown(for_long["limit_mA"], Unit::mA) + " continuous";
     if (static_cast<int>(width_of(reason + more)) <= room) reason += more;
   }
   return {{std::string(name), Style::dim},
@@ -188,10 +187,10 @@ void draw_doing(const Reply& status, int row, Canvas& canvas) {
     canvas.put(row, 1, doing, Style::active);
   } else if (precharge.is_known()) {
     const bool is_good = precharge["was_successful"].is_true();
-    canvas.put(
-        row, 1,
-        std::string(is_good ? "precharged in " : "precharge broken off after ") + shown(precharge["took_ms"], Unit::ms),
-        is_good ? Style::dim : Style::warning);
+    canvas.put(row, 1,
+               std::string(is_good ? "precharge done after " : "precharge aborted after ") +
+                   shown(precharge["took_ms"], Unit::ms),
+               is_good ? Style::dim : Style::warning);
   }
 }
 
@@ -200,7 +199,7 @@ void draw_values(const Reply& reply, const Glyphs& glyphs, int row, Canvas& canv
   const int column = contactors_width + 2;
   draw_contactors(status["state"], glyphs, row, canvas);
   const std::array bars{voltage_bar(reply, "pack", "pack_voltage_mV", false),
-                        voltage_bar(reply, "link", "link_voltage_mV", true), current_bar(reply), soc_bar(reply)};
+                        voltage_bar(reply, "DC link", "link_voltage_mV", true), current_bar(reply), soc_bar(reply)};
   for (std::size_t i = 0; i < bars.size(); ++i) draw_bar(bars[i], glyphs, row + static_cast<int>(i), column, canvas);
   draw_doing(status, row + 3, canvas);
   const Reply limits = status["limits"];
@@ -250,7 +249,7 @@ struct TopicRow {
 };
 constexpr std::array topic_table{
     TopicRow{PictureTopic::faults, "Faults"},
-    TopicRow{PictureTopic::limits, "Limits, and why"},
+    TopicRow{PictureTopic::limits, "Limits"},
     TopicRow{PictureTopic::buses, "Buses and modules"},
     TopicRow{PictureTopic::help, "Help"},
 };
@@ -348,7 +347,7 @@ std::string compact_line(const Reply& reply) {
   if (faults.empty()) faults = warnings.empty() ? "no faults" : "warning: " + warnings;
   std::string charge = charge_stage(status);
   if (!charge.empty()) charge += "  ";
-  return phase + "  " + shown(values["pack_voltage_mV"], Unit::mV) + "  link " +
+  return phase + "  " + shown(values["pack_voltage_mV"], Unit::mV) + "  DC link " +
          shown(values["link_voltage_mV"], Unit::mV) + "  " + shown(values["current_mA"], Unit::mA) + "  SOC " +
          shown(status["charge"]["soc_permille"], Unit::permille) + "  cells " +
          volts(values["cell_voltage"]["min_uV"]) + " to " + volts(values["cell_voltage"]["max_uV"]) + " V  " +

@@ -61,7 +61,7 @@ void add_faults(std::vector<Line>& lines, const Reply& reply, const Glyphs& glyp
 void add_blockers(std::vector<Line>& lines, const Reply& status, const Glyphs& glyphs, int width) {
   const std::string blockers = shown_list(status["permission"]["blockers"]);
   if (status["state"]["phase"].text() != "open" || blockers.empty()) return;
-  add_wrapped(lines, {{" may not close: ", Style::dim}, {blockers, Style::warning}}, 2, glyphs, width);
+  add_wrapped(lines, {{" close inhibit: ", Style::dim}, {blockers, Style::warning}}, 2, glyphs, width);
 }
 
 void add_history(std::vector<Line>& lines, const Reply& status, const Glyphs& glyphs, int width) {
@@ -87,25 +87,26 @@ std::vector<Line> bus_page(const Reply& status, const BusTrend& trend, int width
   lines.push_back({});
   Page page;
   page.add(
-      note("load: of what bmud hears and sends, over two seconds, against the bus's bit rate, or the pack file's"));
+      note("load: frames sent and received by bmud over two seconds, relative to the bitrate of the bus or of the pack "
+           "file"));
   page.add(
-      note("late: answers to an older question; missed: questions without a whole answer; unsent: frames that the bus "
-           "did not take, or that were too old to send"));
+      note("late: answers to an earlier poll; missed: polls without a complete answer; unsent: transmit queue full, or "
+           "frame too old to send"));
   page.add({});
   add_page(lines, page, width);
   add_page(lines, buses_page(status), width);
   Page loop;
   loop.add({});
   loop.add_field("Daemon", {{shown(status["daemon"]["ticks"], Unit::none) + " decisions, " +
-                             shown(status["daemon"]["ticks_late"], Unit::none) + " late; at worst " +
-                             shown(status["daemon"]["tick_latest_us"], Unit::none) + " us behind"}});
+                             shown(status["daemon"]["ticks_late"], Unit::none) + " late; max. delay " +
+                             shown(status["daemon"]["tick_latest_us"], Unit::none) + " us"}});
   add_page(lines, loop, width);
   return lines;
 }
 
 std::vector<Line> limits_page(const Reply& reply, int width) {
-  constexpr std::array rows{std::pair{"discharge", "Discharge"}, std::pair{"discharge_continuous", "  for long"},
-                            std::pair{"charge", "Charging"}, std::pair{"charge_continuous", "  for long"}};
+  constexpr std::array rows{std::pair{"discharge", "Discharge"}, std::pair{"discharge_continuous", " continuous"},
+                            std::pair{"charge", "Charging"}, std::pair{"charge_continuous", " continuous"}};
   Page page;
   for (const auto& [key, label] : rows) {
     const Reply limit = reply["status"]["limits"][key];
@@ -129,8 +130,8 @@ std::vector<Line> help_page(const Glyphs& glyphs, int width) {
   key("  b", "cells as large bars with numbers, as many as fit; scroll to the others");
   key("  n", "cells as numbers");
   key("  z", "bars from the lowest to the highest cell, or again from limit to limit");
-  key("  f", "all faults, with what was seen and what to do");
-  key("  l", "why each limit is where it is, and why the pack is open or closed");
+  key("  f", "all faults, with readings and actions");
+  key("  l", "current limits with their causes, and the reasons for the state of the pack");
   key("  u", "the buses and the modules on them");
   key("  o Esc", "back to the pack; Tab: the next page");
   page.add({});
@@ -139,10 +140,10 @@ std::vector<Line> help_page(const Glyphs& glyphs, int width) {
   key("  b", "is bled by its module; B: and is the lowest or highest");
   key("  " + std::string(glyphs.levels.front()) + " to " + std::string(glyphs.levels.back()),
       "a cell's voltage, in eighths of the way from the lower limit to the upper");
-  key("  ?  --", "not known: never seen, too old, or absurd");
+  key("  ?  --", "unknown: never received, stale or implausible");
   key("  " + std::string(glyphs.contact_closed) + " " + std::string(glyphs.contact_open) + " " +
           std::string(glyphs.contact_differs),
-      "a contactor that is closed, open, or not (yet) where it shall be");
+      "contactor closed, open, or feedback mismatch");
   std::vector<Line> lines;
   add_page(lines, page, width);
   return lines;

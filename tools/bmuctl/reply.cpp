@@ -90,7 +90,7 @@ std::string shown_time(const Reply& value) {
   std::array<char, 32> text{};
   if (!ms || ::localtime_r(&seconds, &parts) == nullptr ||
       std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S", &parts) == 0) {
-    return "at a time nobody knew";
+    return "time unknown";
   }
   return text.data();
 }

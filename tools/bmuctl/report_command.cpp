@@ -205,8 +205,8 @@ Result<Sources, std::string> sources_of(const ReportOptions& options) {
 std::string contradiction(const ReportOptions& options) {
   if (options.files.size() < 2) return "";
   for (const std::string& file : options.files) {
-    if (file == "-") return "standard input stands alone, not beside other files";
-    if (is_database(file)) return "'" + file + "' is a history, which stands alone, not beside other files";
+    if (file == "-") return "standard input cannot be combined with other files";
+    if (is_database(file)) return "'" + file + "' is a history database and cannot be combined with other files";
   }
   return "";
 }
@@ -223,7 +223,7 @@ int write_report(const ReportOptions& options) {
   std::vector<std::string> read = options.files;
   read.push_back(sources->history);
   if (const std::string same = out == "-" ? "" : same_file_among(out, read); !same.empty())
-    return fail("the page would be written over '" + same + "', which is read; wanted another --out", exit_usage);
+    return fail("--out: '" + same + "' is an input file, expected another path", exit_usage);
   const ReportSpan span{.from_us = us_of(words->from_unix_ms), .to_us = us_of(words->to_unix_ms)};
   const bool has_span = !options.from.empty() || !options.to.empty();
   const auto loaded =

@@ -49,7 +49,7 @@ Line contactor_line(const Reply& state) {
         {std::string(label) + " " + yes_no(feedback[key], "closed", "open") + (is_wanted ? " (commanded)" : "") + "   ",
          differs ? Style::warning : Style::normal});
   }
-  line.push_back({"heard " + shown_span(state["feedback_age_ms"]) + " ago", Style::dim});
+  line.push_back({"feedback " + shown_span(state["feedback_age_ms"]) + " old", Style::dim});
   return line;
 }
 
@@ -58,7 +58,7 @@ Line limit_line(const Reply& limit, const Reply& for_long) {
   Line line{plain(shown(limit["limit_mA"], Unit::mA)), {"   " + limit_reason(limit), Style::dim}};
   if (for_long["limit_mA"].number_or(0) < limit["limit_mA"].number_or(0)) {
     line.push_back(
-        {"   for long " + shown(for_long["limit_mA"], Unit::mA) + ", " + limit_reason(for_long), Style::dim});
+        {"   continuous " + shown(for_long["limit_mA"], Unit::mA) + ", " + limit_reason(for_long), Style::dim});
   }
   return line;
 }
@@ -82,7 +82,7 @@ void add_charger(Page& page, const Reply& charger) {
   const std::string held = charger["is_held"].is_true() ? ", the highest cell held at " : "";
   Line line{plain(charger["stage"].text())};
   if (charger["asked_mA"].number_or(0) > 0) {
-    line.push_back(plain(", asked for " + shown(charger["asked_mA"], Unit::mA) + held +
+    line.push_back(plain(", requested " + shown(charger["asked_mA"], Unit::mA) + held +
                          (held.empty() ? "" : shown(charger["cell_full_uV"], Unit::uV))));
   }
   for (std::size_t index = 0; index < charger["units"].size(); ++index) {
@@ -97,7 +97,8 @@ void add_charger(Page& page, const Reply& charger) {
     const std::string troubles = shown_list(unit["troubles"]);
     if (!troubles.empty()) line.push_back({"   " + troubles, Style::warning});
   }
-  if (charger["goes_on_when_heard"].is_true()) line.push_back({"   goes on when it is heard again", Style::warning});
+  if (charger["goes_on_when_heard"].is_true())
+    line.push_back({"   continues when its reports are received again", Style::warning});
   page.add_field("Charger", std::move(line));
 }
 
@@ -124,9 +125,9 @@ void add_insulation(Page& page, const Reply& monitor) {
   Line line{plain(monitor["protocol"].text() + " " + monitor["state"].text() + "   " +
                   shown(monitor["resistance_Ohm"], Unit::Ohm))};
   if (!monitor["is_talking"].is_true()) line.push_back({"   silent", Style::warning});
-  if (monitor["is_low"].is_true()) line.push_back({"   it says that it is low", Style::warning});
-  if (monitor["is_test_pending"].is_true()) line.push_back({"   has not tested itself", Style::warning});
-  if (monitor["is_testing"].is_true()) line.push_back({"   tests itself", Style::dim});
+  if (monitor["is_low"].is_true()) line.push_back({"   resistance low, reported by the monitor", Style::warning});
+  if (monitor["is_test_pending"].is_true()) line.push_back({"   self-test pending", Style::warning});
+  if (monitor["is_testing"].is_true()) line.push_back({"   self-test running", Style::dim});
   if (const std::string reasons = shown_counts(monitor["pulses_refused_by_reason"]); !reasons.empty()) {
     line.push_back({"   pulses of no state: " + reasons, Style::warning});
   }
@@ -136,11 +137,11 @@ void add_insulation(Page& page, const Reply& monitor) {
 /// Wear of the contactors over all sessions of the daemon.
 void add_wear(Page& page, const Reply& contactors) {
   std::vector<Line> rows{{{"Contactor", Style::dim},
-                          {"closed", Style::dim},
-                          {"opened", Style::dim},
+                          {"closings", Style::dim},
+                          {"openings", Style::dim},
                           {"under load", Style::dim},
-                          {"most broken", Style::dim},
-                          {"all broken", Style::dim}}};
+                          {"max. break", Style::dim},
+                          {"total break", Style::dim}}};
   for (const auto& [key, label] : wear_names) {
     const Reply wear = contactors[key];
     if (wear["closings"].number_or(0) == 0 && wear["openings"].number_or(0) == 0) continue;
@@ -156,19 +157,19 @@ void add_wear(Page& page, const Reply& contactors) {
 std::string wish_text(const Reply& wish) {
   std::string text = wish["by_vehicle"].is_true() ? "vehicle" : "";
   if (wish["by_charger"].is_true()) text += text.empty() ? "charger" : " and charger";
-  return text.empty() ? "nobody" : text;
+  return text.empty() ? "none" : text;
 }
 
 Line state_line(const Reply& state) {
   Line line{{state["phase"].text(), style_of_phase(state["phase"].text())},
-            plain(" for " + shown_span(state["phase_for_ms"]) + "   mode " + state["mode"].text() + "   wanted by " +
+            plain(" for " + shown_span(state["phase_for_ms"]) + "   mode " + state["mode"].text() + "   requested by " +
                   wish_text(state["wish"]))};
   if (state["rest"].text() == "resting" || state["rest"].text() == "looking") {
     line.push_back({"   " + state["rest"].text() + " for " + shown_span(state["rest_for_ms"]), Style::warning});
   }
   const std::string claim = state["claim"].text();
   if (!claim.empty() && claim != "held") line.push_back({"   " + claim, Style::warning});
-  line.push_back({"   told to the vehicle: " + state["vehicle_state"].text(), Style::dim});
+  line.push_back({"   reported to vehicle: " + state["vehicle_state"].text(), Style::dim});
   return line;
 }
 
@@ -182,11 +183,11 @@ void add_used(Page& page, const Reply& reply) {
   const Reply guard = reply["precharge_guard"];
   if (guard["tries_failed"].number_or(0) == 0 && guard["is_cool"].is_true()) return;
   std::string text = shown(guard["tries_failed"], Unit::none) + " of " + shown(guard["tries_max"], Unit::none) +
-                     " tries failed, heat " + std::to_string(guard["heat_mJ"].number_or(0) / 1'000) + " J";
+                     " attempts failed, heat " + std::to_string(guard["heat_mJ"].number_or(0) / 1'000) + " J";
   if (guard["heat_max_mJ"].is_known()) {
     text += " of " + std::to_string(guard["heat_max_mJ"].number_or(0) / 1'000) + " J";
   }
-  page.add_field("Resistor", {{text + (guard["is_cool"].is_true() ? "" : ", has to cool"), Style::warning}});
+  page.add_field("Resistor", {{text + (guard["is_cool"].is_true() ? "" : ", cooling down"), Style::warning}});
 }
 
 /// Names of the flags that are true.
@@ -209,17 +210,18 @@ void add_lines(Page& page, const Reply& lines) {
     const std::string names = names_set(levels[key]);
     if (!names.empty()) line.push_back({"   " + std::string(what) + names, Style::bad});
   }
-  page.add_field("Lines", std::move(line));
+  page.add_field("GPIO", std::move(line));
 }
 
 void add_store(Page& page, const Reply& store) {
   if (!store.is_known()) {
-    page.add_field("Kept", {{"nothing: no state file", Style::dim}});
+    page.add_field("State file", {{"none", Style::dim}});
     return;
   }
-  Line line{{"in " + store["path"].text() + ", written " + shown(store["writes"], Unit::none) + " times", Style::dim}};
+  const std::string writes = shown(store["writes"], Unit::none);
+  Line line{{store["path"].text() + ", " + writes + (writes == "1" ? " write" : " writes"), Style::dim}};
   if (store["last_error"].is_known()) line.push_back({": " + store["last_error"].text(), Style::bad});
-  page.add_field("Kept", std::move(line));
+  page.add_field("State file", std::move(line));
 }
 
 /// Values of the second pack; a value that was not received recently is a dash.
@@ -227,7 +229,8 @@ void add_second_pack(Page& page, const Reply& pack) {
   if (!pack.is_known()) return;
   if (pack["is_silent"].is_true()) {
     const Reply ago = pack["heard_ago_ms"];
-    page.add_field("Second pack", {{ago.is_known() ? "silent for " + shown_span(ago) : "never heard", Style::warning}});
+    page.add_field("Second pack",
+                   {{ago.is_known() ? "silent for " + shown_span(ago) : "never received", Style::warning}});
     return;
   }
   const std::string name = pack["name"].is_known() ? pack["name"].text() + "   " : "";
@@ -252,23 +255,23 @@ void add_recorder(Page& page, const Reply& recorder) {
   for (const char* key : {"black_box_error", "record_error"}) {
     if (recorder[key].is_known()) line.push_back({"   " + recorder[key].text(), Style::bad});
   }
-  page.add_field("Recorded", std::move(line));
+  page.add_field("Recorder", std::move(line));
 }
 
 void add_history_store(Page& page, const Reply& history) {
   if (!history.is_known()) return;
   constexpr std::int64_t bytes_per_kB = 1'000;
   const std::string size = std::to_string(history["size_bytes"].number_or(0) / bytes_per_kB) + " kB";
-  Line line{{"in " + history["path"].text() + ", " + shown(history["rows_written"], Unit::none) +
-                 " rows since the start, " + size,
-             Style::dim}};
+  Line line{
+      {history["path"].text() + ", " + shown(history["rows_written"], Unit::none) + " rows since the start, " + size,
+       Style::dim}};
   if (history["rows_lost"].number_or(0) > 0) {
     line.push_back({", " + shown(history["rows_lost"], Unit::none) + " rows lost", Style::warning});
   }
   if (history["last_error"].is_known()) line.push_back({": " + history["last_error"].text(), Style::bad});
   page.add_field("History", std::move(line));
   if (history["put_aside"].is_known()) {
-    page.add_field("", {{"the one before was damaged: " + history["put_aside"].text(), Style::warning}});
+    page.add_field("", {{"previous database damaged, moved to " + history["put_aside"].text(), Style::warning}});
   }
 }
 
@@ -278,7 +281,7 @@ void add_faults(Page& page, const Reply& reply) {
   page.add_field("Faults", {present.empty() ? Span{"none", Style::good} : Span{present, Style::bad}});
   if (!warnings.empty()) page.add_field("Warnings", {{warnings, Style::warning}});
   for (std::size_t i = 0; i < reply["permission"]["blockers"].size(); ++i) {
-    page.add_field(i == 0 ? "Not closing" : "", {{reply["permission"]["blockers"].at(i).text(), Style::warning}});
+    page.add_field(i == 0 ? "Inhibit" : "", {{reply["permission"]["blockers"].at(i).text(), Style::warning}});
   }
 }
 
@@ -286,7 +289,7 @@ void add_modules(Page& page, const Reply& modules) {
   std::vector<Line> rows{{{"Module", Style::dim},
                           {"state", Style::dim},
                           {"serial", Style::dim},
-                          {"answer in", Style::dim},
+                          {"answer time", Style::dim},
                           {"complete", Style::dim},
                           {"missed", Style::dim}}};
   for (std::size_t i = 0; i < modules.size(); ++i) {
@@ -307,13 +310,13 @@ std::string kbit_text(const Reply& bit_per_s) {
   return text.data();
 }
 
-/// "500", "125, not 500"; nothing without a bit rate.
+/// "500", "125, expected 500"; nothing without a bitrate.
 Span rate_span(const Reply& port) {
   if (!port["rate_bit_per_s"].is_known()) return plain("");
   const std::string found = kbit_text(port["rate_bit_per_s"]);
   const std::string verdict = port["rate_verdict"].text();
   if (verdict != "differs" && verdict != "too slow") return plain(found);
-  return {found + ", not " + kbit_text(port["rate_wanted_bit_per_s"]), Style::bad};
+  return {found + ", expected " + kbit_text(port["rate_wanted_bit_per_s"]), Style::bad};
 }
 
 bool has_controller(const Reply& port) {
@@ -326,20 +329,20 @@ Style style_of_controller(std::string_view state) {
   return state == "error-warning" ? Style::warning : Style::bad;
 }
 
-/// "0 and 128": the current transmit and receive error counters.
+/// "0 / 128": the current transmit and receive error counters.
 std::string error_counters(const Reply& controller) {
   if (!controller["send_errors"].is_known()) return "--";
-  return shown(controller["send_errors"], Unit::none) + " and " + shown(controller["receive_errors"], Unit::none);
+  return shown(controller["send_errors"], Unit::none) + " / " + shown(controller["receive_errors"], Unit::none);
 }
 
 /// The controllers of those buses that have one.
 void add_controllers(Page& page, const Reply& ports) {
   std::vector<Line> rows{{{"Controller", Style::dim},
                           {"state", Style::dim},
-                          {"errors sent, received", Style::dim},
+                          {"TEC / REC", Style::dim},
                           {"bus-off", Style::dim},
                           {"restarts", Style::dim},
-                          {"set-up", Style::dim}}};
+                          {"setup", Style::dim}}};
   std::vector<std::string> shown_buses;
   for (std::size_t i = 0; i < ports.size(); ++i) {
     const std::string bus = ports.at(i)["bus"].text();
@@ -363,11 +366,11 @@ void add_buses(Page& page, const Reply& reply) {
                           {"", Style::dim},
                           {"state", Style::dim},
                           {"sent", Style::dim},
-                          {"seen back", Style::dim},
+                          {"echoed", Style::dim},
                           {"failed", Style::dim},
-                          {"lost", Style::dim},
-                          {"errors", Style::dim},
-                          {"times down", Style::dim},
+                          {"overruns", Style::dim},
+                          {"error frames", Style::dim},
+                          {"down count", Style::dim},
                           {"kbit/s", Style::dim}}};
   bool has_rate = false;
   for (std::size_t i = 0; i < reply["ports"].size(); ++i) {
@@ -397,21 +400,21 @@ void add_buses(Page& page, const Reply& reply) {
   }
   for (std::size_t i = 0; i < receive["most_rejected"].size(); ++i) {
     const Reply id = receive["most_rejected"].at(i);
-    line.push_back({(i == 0 ? "; most under " : ", ") + id["id"].text() + " " + id["message"].text() + " (" +
+    line.push_back({(i == 0 ? "; most rejected: " : ", ") + id["id"].text() + " " + id["message"].text() + " (" +
                         shown(id["count"], Unit::none) + ")",
                     Style::dim});
   }
   if (receive["sensor_results_refused"].number_or(0) > 0) {
-    line.push_back(plain("; sensor results refused: " + shown(receive["sensor_results_refused"], Unit::none) + " (" +
-                         shown_counts(receive["sensor_results_refused_by_reason"]) + "), the last " +
+    line.push_back(plain("; sensor results rejected: " + shown(receive["sensor_results_refused"], Unit::none) + " (" +
+                         shown_counts(receive["sensor_results_refused_by_reason"]) + "), last " +
                          receive["sensor_result_refused_last"].text()));
   }
   page.add_field("Frames", std::move(line));
 }
 
 std::string precharge_text(const Reply& precharge) {
-  return std::string(precharge["was_successful"].is_true() ? "took " : "broken off after ") +
-         shown(precharge["took_ms"], Unit::ms) + ": link " + shown(precharge["link_voltage_mV"], Unit::mV) + " of " +
+  return std::string(precharge["was_successful"].is_true() ? "" : "aborted after ") +
+         shown(precharge["took_ms"], Unit::ms) + ": DC link " + shown(precharge["link_voltage_mV"], Unit::mV) + " of " +
          shown(precharge["pack_voltage_mV"], Unit::mV) + " at " + shown(precharge["current_mA"], Unit::mA) + ", " +
          shown_span(precharge["ended_ago_ms"]) + " ago";
 }
@@ -444,7 +447,7 @@ std::string reason_text(const std::string& fault, const Reply& reasons) {
 void add_steps(Page& page, const std::string& title, const Reply& chain) {
   if (chain["steps"].size() == 0) return;
   page.add({});
-  page.add({{title + ", step by step:", Style::dim}});
+  page.add({{title + ":", Style::dim}});
   for (std::size_t i = 0; i < chain["steps"].size(); ++i) {
     const Reply step = chain["steps"].at(i);
     page.add_field("  " + step["kind"].text(), {plain(step["text"].text())});
@@ -454,8 +457,8 @@ void add_steps(Page& page, const std::string& title, const Reply& chain) {
 }  // namespace
 
 std::string drive_text(const Reply& drive) {
-  return std::string(drive["is_running"].is_true() ? "closed for " : "was closed for ") +
-         shown_span(drive["lasted_ms"]) + ": charge used " + shown(drive["charge_used_uAs"], Unit::uAs) +
+  return std::string(drive["is_running"].is_true() ? "closed for " : "last closed for ") +
+         shown_span(drive["lasted_ms"]) + ": charge out " + shown(drive["charge_used_uAs"], Unit::uAs) +
          ", energy out " + shown_energy(drive["energy_out_mWh"]) + ", in " + shown_energy(drive["energy_in_mWh"]);
 }
 
@@ -488,7 +491,7 @@ std::string fault_details(const Reply& fault, const Reply& modules) {
   if (fault["confirmed_ago_ms"].is_known()) {
     text += (text.empty() ? "" : ", ") + shown_span(fault["confirmed_ago_ms"]) + " ago";
   }
-  if (fault["is_restored"].is_true()) text += (text.empty() ? "" : ", ") + std::string("before the daemon started");
+  if (fault["is_restored"].is_true()) text += (text.empty() ? "" : ", ") + std::string("in an earlier session");
   return text;
 }
 
@@ -502,9 +505,8 @@ std::string doubt_text(const Reply& sigma_permille) {
 std::string doubt_of(const Reply& charge) {
   const std::string doubt = doubt_text(charge["soc_sigma_permille"]);
   if (doubt.empty()) return {};
-  const std::string kept = charge["record_age_ms"].is_known()
-                               ? ", kept from before, " + shown_span(charge["record_age_ms"]) + " old then"
-                               : "";
+  const std::string kept =
+      charge["record_age_ms"].is_known() ? ", restored, " + shown_span(charge["record_age_ms"]) + " old" : "";
   return " (+- " + doubt + kept + ")";
 }
 
@@ -519,11 +521,11 @@ void add_outlook(Page& page, const Reply& charge, const Reply& health) {
   const auto sigma_mWh = charge["energy_left_sigma_mWh"].number();
   add(charge["energy_left_mWh"], "energy left " + shown_energy(charge["energy_left_mWh"]) +
                                      (sigma_mWh ? " (+- " + shown_energy(2 * *sigma_mWh) + ")" : ""));
-  add(charge["empty_in_ms"], "empty in " + shown_span(charge["empty_in_ms"]));
-  add(charge["full_in_ms"], "full in " + shown_span(charge["full_in_ms"]));
-  add(health["by_capacity_permille"], "holds " + shown(health["by_capacity_permille"], Unit::permille));
+  add(charge["empty_in_ms"], "time to empty " + shown_span(charge["empty_in_ms"]));
+  add(charge["full_in_ms"], "time to full " + shown_span(charge["full_in_ms"]));
+  add(health["by_capacity_permille"], "SOH " + shown(health["by_capacity_permille"], Unit::permille));
   add(health["pack_resistance_uOhm"], "resistance " + shown(health["pack_resistance_uOhm"], Unit::uOhm));
-  if (!text.empty()) page.add_field("Outlook", {plain(text)});
+  if (!text.empty()) page.add_field("Remaining", {plain(text)});
 }
 
 }  // namespace
@@ -548,12 +550,12 @@ Page status_page(const Reply& reply) {
                         " modules, configuration " + reply["pack"]["config_hash"].text())});
   page.add_field("State", state_line(state));
   page.add_field("Contactors", contactor_line(state));
-  page.add_field("Voltage", {plain("pack " + shown(values["pack_voltage_mV"], Unit::mV) + "   link " +
+  page.add_field("Voltage", {plain("pack " + shown(values["pack_voltage_mV"], Unit::mV) + "   DC link " +
                                    shown(values["link_voltage_mV"], Unit::mV) + "   sum of cells " +
                                    shown(values["cell_voltage_sum_mV"], Unit::mV))});
   page.add_field("Current", {plain(shown(values["current_mA"], Unit::mA))});
   page.add_field("Charge",
-                 {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + doubt_of(charge) + "   used " +
+                 {plain("SOC " + shown(charge["soc_permille"], Unit::permille) + doubt_of(charge) + "   DoD " +
                         shown(charge["depth_of_discharge_uAs"], Unit::uAs) + " of " +
                         shown(charge["usable_capacity_uAs"], Unit::uAs) + "   energy out " +
                         shown_energy(charge["energy_out_mWh"]) + ", in " + shown_energy(charge["energy_in_mWh"]))});
@@ -646,9 +648,9 @@ Page cells_page(const Reply& reply) {
 Page why_page(const Reply& reply) {
   Page page;
   for (std::size_t i = 0; i < reply["text"].size(); ++i) page.add({plain(reply["text"].at(i).text())});
-  add_steps(page, "The last opening", reply["last_opening"]);
-  add_steps(page, "The discharge limit", reply["limits"]["discharge"]);
-  add_steps(page, "The charge limit", reply["limits"]["charge"]);
+  add_steps(page, "Last opening", reply["last_opening"]);
+  add_steps(page, "Discharge limit", reply["limits"]["discharge"]);
+  add_steps(page, "Charge limit", reply["limits"]["charge"]);
   return page;
 }
 
@@ -656,11 +658,11 @@ Page clear_page(const Reply& reply) {
   Page page;
   const std::string cleared = shown_list(reply["cleared"]);
   const Reply still = reply["still_present"];
-  if (cleared.empty() && still.size() == 0) page.add({plain("There was nothing to clear.")});
+  if (cleared.empty() && still.size() == 0) page.add({plain("No faults to clear.")});
   if (!cleared.empty()) page.add({{"Cleared: " + cleared + ".", Style::good}});
   for (std::size_t i = 0; i < still.size(); ++i) {
     const std::string name = still.at(i).text();
-    page.add({{"Still present: " + name + ".", Style::warning}, plain(" " + reason_text(name, reply["reasons"]))});
+    page.add({{"Still confirmed: " + name + ".", Style::warning}, plain(" " + reason_text(name, reply["reasons"]))});
   }
   return page;
 }
@@ -676,16 +678,16 @@ bool leaves_faults(const Reply& reply) {
 Page wake_page(const Reply& reply) {
   Page page;
   const bool was_resting = reply["rest_before"].text() == "resting";
-  page.add({plain(was_resting ? "The modules are woken." : "The modules are not resting: nothing to wake.")});
+  page.add({plain(was_resting ? "Modules woken." : "Modules already awake.")});
   return page;
 }
 
 Page drive_page(const Reply& reply) {
   Page page;
   if (!reply["drive"].is_known()) {
-    page.add({plain("The pack has not been closed since the daemon started.")});
+    page.add({plain("No drive cycle since the daemon started.")});
     for (std::size_t i = 0; i < reply["permission"]["blockers"].size(); ++i) {
-      page.add({plain("Against closing: " + reply["permission"]["blockers"].at(i).text() + ".")});
+      page.add({plain("Close inhibit: " + reply["permission"]["blockers"].at(i).text() + ".")});
     }
   }
   add_history(page, reply);

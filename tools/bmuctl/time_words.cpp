@@ -129,11 +129,11 @@ Result<TimeSpan, std::string> time_span_from_words(std::string_view from, std::s
   TimeSpan span;
   if (!from.empty() && from != "begin") {
     span.from_unix_ms = time_from_words(from, now_unix_ms);
-    if (!span.from_unix_ms) return failure("--from: found '" + std::string(from) + "', wanted " + time_words_form);
+    if (!span.from_unix_ms) return failure("--from: found '" + std::string(from) + "', expected " + time_words_form);
   }
   if (!to.empty()) {
     span.to_unix_ms = time_from_words(to, now_unix_ms);
-    if (!span.to_unix_ms) return failure("--to: found '" + std::string(to) + "', wanted " + time_words_form);
+    if (!span.to_unix_ms) return failure("--to: found '" + std::string(to) + "', expected " + time_words_form);
   }
   if (span.from_unix_ms && span.to_unix_ms && *span.from_unix_ms > *span.to_unix_ms) {
     return failure(std::string("--from is later than --to"));

@@ -263,7 +263,7 @@ void Watch::read_daemon() {
   std::string latest;
   while (auto line = client_->next_line()) latest = std::move(*line);
   if (!latest.empty()) take(latest);
-  if (!is_there) lose("the daemon has gone");
+  if (!is_there) lose("connection lost");
 }
 
 void Watch::take(const std::string& line) {
@@ -272,7 +272,7 @@ void Watch::take(const std::string& line) {
   if (options_.json) return write_out(line + "\n");
   nlohmann::json reply = nlohmann::json::parse(line, nullptr, false);
   if (!Reply(reply)["ok"].is_true()) {
-    failure_ = "the daemon refuses: " + Reply(reply)["error"]["message"].text();
+    failure_ = "refused: " + Reply(reply)["error"]["message"].text();
     end_ = End::daemon_gone;
     return;
   }
@@ -285,7 +285,7 @@ void Watch::take(const std::string& line) {
 void Watch::lose(std::string why) {
   client_.reset();
   failure_ = std::move(why);
-  notice_ = failure_ + (options_.reconnect ? "; waiting for it" : "");
+  notice_ = failure_ + (options_.reconnect ? "; reconnecting" : "");
   heard_ = steady_clock::now();
   if (!options_.reconnect) end_ = End::daemon_gone;
   if (is_terminal_) draw();
@@ -304,7 +304,7 @@ void Watch::check_times() {
   const auto silent_for = looked_ - heard_;
   if (silent_for > period_ + silence_max) return lose("the daemon does not answer");
   if (silent_for > period_ + silence_noticed && notice_.empty()) {
-    notice_ = "the daemon is silent: this picture is old";
+    notice_ = "no data from the daemon: display is stale";
     draw();
   }
 }

@@ -271,8 +271,8 @@ void Dump::tell_doubts() const {
       const std::uint64_t count = bus->evidence.left_unknown(part);
       if (device == nullptr || count == 0 || bus->evidence.has(part)) continue;
       std::fprintf(stderr,
-                   "bmudump: %s: %llu frame%s that could be of %s left unknown, as nothing but identifiers says so; if "
-                   "this is its bus: --device %s\n",
+                   "bmudump: %s: %llu frame%s possibly of %s not decoded, because only the identifiers match; if this "
+                   "is its bus: --device %s\n",
                    bus->name.c_str(), static_cast<unsigned long long>(count), count == 1 ? "" : "s",
                    std::string(device->name).c_str(), words_on(bus->name, *device, options_->catalogue).c_str());
     }

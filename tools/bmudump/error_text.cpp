@@ -19,13 +19,13 @@ constexpr std::uint32_t transceiver = 0x010;
 constexpr std::uint32_t has_counters = 0x200;
 
 constexpr Word class_words[] = {
-    {0x001, "transmission timed out"},
+    {0x001, "TX timeout"},
     {lost_arbitration, "arbitration lost"},
     {controller, "controller"},
-    {protocol, "protocol violated"},
+    {protocol, "protocol error"},
     {transceiver, "transceiver"},
     {0x020, "no acknowledgement"},
-    {0x040, "bus off"},
+    {0x040, "bus-off"},
     {0x080, "bus error"},
     {0x100, "controller restarted"},
 };
@@ -34,32 +34,26 @@ constexpr Word controller_words[] = {
     {0x02, "send buffer overflowed"},
     {0x04, "receive errors at warning level"},
     {0x08, "send errors at warning level"},
-    {0x10, "passive by receive errors"},
-    {0x20, "passive by send errors"},
-    {0x40, "active again"},
+    {0x10, "error-passive (receive)"},
+    {0x20, "error-passive (transmit)"},
+    {0x40, "error-active"},
 };
 constexpr Word violation_words[] = {
-    {0x01, "a single bit"},
-    {0x02, "the form of a frame"},
-    {0x04, "bit stuffing"},
-    {0x08, "no dominant bit could be sent"},
-    {0x10, "no recessive bit could be sent"},
-    {0x20, "overload"},
-    {0x40, "own announcement of an error"},
-    {0x80, "while sending"},
+    {0x01, "bit error"},           {0x02, "form error"}, {0x04, "stuff error"},       {0x08, "dominant bit error"},
+    {0x10, "recessive bit error"}, {0x20, "overload"},   {0x40, "active error flag"}, {0x80, "during transmission"},
 };
 constexpr Word location_words[] = {
     {0x02, "identifier bits 28 to 21"},
     {0x03, "start of frame"},
-    {0x04, "substitute of the remote bit"},
-    {0x05, "extension bit"},
+    {0x04, "SRR bit"},
+    {0x05, "IDE bit"},
     {0x06, "identifier bits 20 to 18"},
     {0x07, "identifier bits 17 to 13"},
     {0x08, "CRC"},
     {0x09, "reserved bit 0"},
     {0x0A, "data"},
     {0x0B, "length code"},
-    {0x0C, "remote bit"},
+    {0x0C, "RTR bit"},
     {0x0D, "reserved bit 1"},
     {0x0E, "identifier bits 4 to 0"},
     {0x0F, "identifier bits 12 to 5"},
@@ -70,8 +64,8 @@ constexpr Word location_words[] = {
     {0x1B, "acknowledgement delimiter"},
 };
 constexpr Word transceiver_words[] = {
-    {0x04, "CANH has no wire"},       {0x05, "CANH shorted to battery"}, {0x06, "CANH shorted to supply"},
-    {0x07, "CANH shorted to ground"}, {0x40, "CANL has no wire"},        {0x50, "CANL shorted to battery"},
+    {0x04, "CANH wire open"},         {0x05, "CANH shorted to battery"}, {0x06, "CANH shorted to supply"},
+    {0x07, "CANH shorted to ground"}, {0x40, "CANL wire open"},          {0x50, "CANL shorted to battery"},
     {0x60, "CANL shorted to supply"}, {0x70, "CANL shorted to ground"},  {0x80, "CANL shorted to CANH"},
 };
 
@@ -93,7 +87,7 @@ class Printer {
       out_->text(one.text);
       print_details(one.code);
     }
-    if (is_first_) out_->text("of no known class");
+    if (is_first_) out_->text("unknown class");
     print_counters();
   }
 

@@ -90,11 +90,11 @@ int LogFile::read(Dump& dump, FollowScreen& screen) {
     }
   }
   if (damaged_ > damage_told_max) {
-    std::fprintf(stderr, "bmudump: %s: %llu damaged lines in all, the first %llu told\n", name_.c_str(),
+    std::fprintf(stderr, "bmudump: %s: %llu damaged lines in total, the first %llu shown\n", name_.c_str(),
                  static_cast<unsigned long long>(damaged_), static_cast<unsigned long long>(damage_told_max));
   }
   if (lost_lines_ > damage_told_max) {
-    std::fprintf(stderr, "bmudump: %s: frames lost at %llu places in all, the first %llu told\n", name_.c_str(),
+    std::fprintf(stderr, "bmudump: %s: frames lost at %llu places in total, the first %llu shown\n", name_.c_str(),
                  static_cast<unsigned long long>(lost_lines_), static_cast<unsigned long long>(damage_told_max));
   }
   if (clock_jumps_ > clock_jumps_reported_max) {
@@ -250,7 +250,7 @@ void LogFile::tell_damage(const LogLineDamage& damage, std::string_view text) {
 
 void LogFile::tell_damage(std::size_t column, const std::string& found, std::string_view wanted) {
   if (++damaged_ > damage_told_max) return;
-  std::fprintf(stderr, "bmudump: %s:%llu:%zu: found %s, wanted %.*s; line skipped\n", name_.c_str(),
+  std::fprintf(stderr, "bmudump: %s:%llu:%zu: found %s, expected %.*s; line skipped\n", name_.c_str(),
                static_cast<unsigned long long>(reader_.line_number()), column + 1, found.c_str(),
                static_cast<int>(wanted.size()), wanted.data());
 }

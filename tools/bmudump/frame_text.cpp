@@ -261,7 +261,7 @@ void FrameText::print_raw(const SeenFrame& seen, TextWriter& out) const {
   out.text("  ");
   if (seen.line.kind == LogLineKind::fd_frame) return print_long(seen.line, out);
   if (frame.is_remote) {
-    out.text("remote frame, asks for ");
+    out.text("remote frame, requests ");
     out.decimal(frame.length);
     return out.text(" bytes");
   }

@@ -196,7 +196,7 @@ void LiveRun::tell_unheard() const {
   const double span_s = to_s(monotonic_now() - start_);
   for (const LiveBus& bus : buses_) {
     if (!bus.is_silent) continue;
-    std::fprintf(stderr, "bmudump: %s: nobody was heard in %.1f s\n", bus.port->name().c_str(), span_s);
+    std::fprintf(stderr, "bmudump: %s: no frame received in %.1f s\n", bus.port->name().c_str(), span_s);
   }
 }
 

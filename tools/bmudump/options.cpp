@@ -158,10 +158,9 @@ std::vector<std::string> dialect_words() {
 }
 
 void declare_input(CLI::App& app, Options& options, Words& words) {
-  app.add_option(
-      "BUS", words.buses,
-      "interface (can0, vcan0, any) or embedded bus (unix:NAME), with filters if wanted: BUS,FILTER,..; several "
-      "show together; with -r, before it: only these of the log");
+  app.add_option("BUS", words.buses,
+                 "interface (can0, vcan0, any) or embedded bus (unix:NAME), optionally with filters: BUS,FILTER,..; "
+                 "several are shown together; before -r: only these buses of the log");
   app.add_option("-r,--read", options.files,
                  "read logs of candump (-l or -L) or its screen in a file, plain, zstd or gzip; - is standard input")
       ->type_name("FILE");
@@ -189,16 +188,14 @@ void declare_output(CLI::App& app, Options& options, Words& words) {
       ->capture_default_str()
       ->check(command_line::one_of({"a", "d", "z", "A", "none"}));
   app.add_flag("-x", options.start.has_direction,
-               "say whether a frame was received (RX) or sent (TX), where that is known; of CAN FD the flags B (BRS) "
-               "and E (ESI)");
+               "show the direction of a frame (RX or TX) if known, and for CAN FD the flags B (BRS) and E (ESI)");
   app.add_flag("-a", options.has_letters, "where bytes are shown, show them as letters, too");
   app.add_flag("--brief", options.is_brief, "leave out flags that are not set, empty cell masks and counters");
   app.add_option("--color", words.colour, "colours: auto (on a terminal), always, never")
       ->capture_default_str()
       ->check(command_line::one_of({"auto", "always", "never"}));
   app.add_flag("-c", words.colours, "--color always");
-  app.add_flag("-e,-d,-D", words.usual,
-               "of candump (error frames in words, losses told, stay when a bus goes): always so");
+  app.add_flag("-e,-d,-D", words.usual, "accepted for candump compatibility; always active");
   app.add_flag("--strict", options.is_strict, "exit with 4 if a frame failed its check or is unknown");
 }
 
@@ -217,17 +214,16 @@ CLI::Validator one_of_dbc_words() {
 void declare_reading(CLI::App& app, Options& options, Words& words) {
   app.add_option("--vehicle-base", words.vehicle_base, "first identifier of the vehicle messages, hexadecimal")
       ->capture_default_str();
-  app.add_option("--dialect", options.dialect, "how the vehicle messages are read; auto: as 620h and 622h tell")
+  app.add_option("--dialect", options.dialect, "dialect of the vehicle messages; auto: detected from 620h and 622h")
       ->capture_default_str()
       ->check(command_line::one_of(dialect_words()));
-  app.add_option(
-         "--device", words.devices,
-         "read a foreign device, too: NAME on every bus; BUS=NAME on that bus, and nothing there that is not named so "
-         "(BUS=vehicle, BUS=internal; any is every bus, of which it then says nothing); --devices lists them")
+  app.add_option("--device", words.devices,
+                 "also decode the device NAME, on every bus; with BUS=NAME on that bus, where only the devices named "
+                 "so are decoded (BUS=vehicle, BUS=internal; any is every bus); --devices lists them")
       ->type_name("[BUS=]NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_flag("--devices", options.wants_devices, "list the devices there are");
+  app.add_flag("--devices", options.wants_devices, "list the known devices");
   app.add_flag("--sensor-little-endian", options.catalogue.sensor_little_endian,
                "the current sensor is configured for little-endian values");
   app.add_option("--bitrate", options.bit_rate, "bit/s, for the load")
@@ -237,7 +233,7 @@ void declare_reading(CLI::App& app, Options& options, Words& words) {
       ->type_name("WHAT")
       ->check(one_of_dbc_words());
   app.add_option("--nodes", words.nodes,
-                 "nodes in the DBC, as a pack file counts them; without it 1-4 of our own buses, all of a device")
+                 "nodes in the DBC, as a pack file counts them; default: 1-4 for the buses of bmud, all for a device")
       ->type_name("N[-M][,..]")
       ->delimiter(',')
       ->allow_extra_args(false);
@@ -258,9 +254,9 @@ std::vector<DeviceWord> parse_devices(const std::vector<std::string>& words) {
   for (const std::string& text : words) {
     const std::optional<DeviceWord> word = device_word_of(text);
     if (!word) {
-      throw CLI::ValidationError("--device",
-                                 "'" + text + "' is no device; wanted NAME, BUS=NAME, BUS=internal or BUS=vehicle; " +
-                                     device_advice(std::string_view(text).substr(text.find('=') + 1)));
+      throw CLI::ValidationError("--device", "found '" + text +
+                                                 "', expected NAME, BUS=NAME, BUS=internal or BUS=vehicle; " +
+                                                 device_advice(std::string_view(text).substr(text.find('=') + 1)));
     }
     devices.push_back(*word);
   }
@@ -324,7 +320,7 @@ void conclude_input(Options& options, const Words& words) {
   const bool prints_tables = options.wants_protocol_doc || options.wants_devices || !options.dbc.empty();
   const bool has_input = !options.files.empty() || !options.buses.empty();
   if (!prints_tables && !has_input) {
-    throw CLI::ValidationError("what shall be shown? Wanted is a bus, or a recording with -r FILE");
+    throw CLI::ValidationError("no input, expected a bus or -r FILE");
   }
   if (prints_tables && has_input) {
     throw CLI::ValidationError("--dbc, --devices and --protocol-doc read no bus and no log");
@@ -332,7 +328,7 @@ void conclude_input(Options& options, const Words& words) {
   if (!options.files.empty()) return;
   const auto file = std::find_if(options.buses.begin(), options.buses.end(), looks_like_file);
   if (file != options.buses.end()) {
-    throw CLI::ValidationError(file->name, "this is no bus; to read a recording: bmudump -r " + file->name);
+    throw CLI::ValidationError(file->name, "not a bus; to read a recording: bmudump -r " + file->name);
   }
 }
 

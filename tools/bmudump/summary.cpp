@@ -81,7 +81,7 @@ void Summary::print_bus(const Bus& bus) const {
                (spoken == nullptr ? ", the name of no dialect" : ", dialect " + std::string(spoken->name)));
   }
   out_->text(formatted("\n  %-8s  %-*s %10s %9s %11s  %-31s %8s\n", "id", static_cast<int>(message_width), "message",
-                       "frames", "failed", "rate", "longest gap, and its end", "load"));
+                       "frames", "failed", "rate", "longest gap (end time)", "load"));
   for_each_id(all, [&](const std::string& id, const IdStatistics& row) { print_row(id, row, all); });
   if (all.without_row == 0) return;
   out_->begin_line();
@@ -110,14 +110,14 @@ void Summary::print_row(std::string_view id, const IdStatistics& row, const BusS
   out_->text(formatted("%6.1f %%", share_percent(row.bits, bus.bits)) + (remarks.empty() ? "" : "  ") + remarks + "\n");
 }
 
-/// "wrong crc 2, silent for the last 3.200000 s"
+/// "wrong crc 2, silent for 3.200000 s"
 std::string Summary::remarks_on(const IdStatistics& row) const {
   std::string remarks = failures_text(row);
   const std::int64_t silence_us = row.silence_us(until_us_);
   if (silence_us == 0) return remarks;
-  const char* const what = row.last_us > row.refresh_us ? "none passed" : "silent";
+  const char* const what = row.last_us > row.refresh_us ? "no frame passed the filter" : "silent";
   return remarks + (remarks.empty() ? "" : ", ") +
-         formatted("%s for the last %.6f s", what, static_cast<double>(silence_us) * 1e-6);
+         formatted("%s for %.6f s", what, static_cast<double>(silence_us) * 1e-6);
 }
 
 void Summary::print_json(std::span<const std::unique_ptr<Bus>> buses) const {

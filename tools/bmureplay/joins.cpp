@@ -31,23 +31,22 @@ std::int64_t set_between(const PartSpan& before, const PartSpan& span) {
 
 std::string other_life_text(const PartSpan& before, const PartSpan& span) {
   if (is_clock_set(before.until_log_us) != is_clock_set(span.from_log_us)) {
-    return "another life of the daemon, and the clock of one of them was not set: how much later it began is not known";
+    return "new session; the clock of one session was not set, the time between them is unknown";
   }
   const std::int64_t gap_us = span.from_log_us - before.until_log_us;
   const std::string when = seconds_text(gap_us);
-  return gap_us < 0
-             ? "another life of the daemon, which began " + when + " before what stands ahead of it had ended"
-             : "another life of the daemon, which began " + when + " after what is recorded of the one before ends";
+  return gap_us < 0 ? "new session, started " + when + " before the end of the previous one"
+                    : "new session, started " + when + " after the end of the previous one";
 }
 
 }  // namespace
 
 std::string Joins::text_of(const PartSpan& span) const {
-  if (seen_.count({span.id.life, span.id.part}) > 0) return "this part comes once more";
+  if (seen_.count({span.id.life, span.id.part}) > 0) return "duplicate part";
   if (!before_) return "";
   if (span.id.follows(before_->id)) return "";
   if (span.id.life != before_->id.life) return other_life_text(*before_, span);
-  if (span.id.part < before_->id.part) return "this part comes before the one ahead of it: not in their order";
+  if (span.id.part < before_->id.part) return "parts out of order";
   const auto gap = std::chrono::floor<std::chrono::microseconds>(span.from - before_->until);
   return seconds_text(gap.count()) + " are missing before this part";
 }

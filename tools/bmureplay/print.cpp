@@ -71,15 +71,14 @@ void add_difference(const Difference& difference, std::string& to) {
   add_lines("recorded  ", recorded, to);
   add_lines("now       ", replayed, to);
   if (recorded.empty() && replayed.empty()) {
-    to += "    the same frames, contactors and events; what differs is when to decide next\n";
+    to += "    only the time of the next decision differs\n";
   }
 }
 
 /// Added once for all differences after the same modified lines.
 void add_cause(const Difference& difference, std::uint64_t told_line, std::string& to) {
   if (difference.altered_line == 0 || difference.altered_line == told_line) return;
-  to += "    it comes behind lines that are not as they were written: " + difference.file + ":" +
-        std::to_string(difference.altered_line) + "\n";
+  to += "    preceded by modified lines: " + difference.file + ":" + std::to_string(difference.altered_line) + "\n";
 }
 
 void add_differences(const Outcome& outcome, std::string& to) {
@@ -100,14 +99,14 @@ std::string hex_text(const CanFrame& frame) {
 void add_moves(const Outcome& outcome, std::string& to) {
   const DecisionChanges& changes = outcome.changes;
   for (const WhatIfMove& move : changes.moves()) {
-    to += "  " + since_text(move.log_us, outcome) + (move.is_recorded ? "  not:  " : "  but:  ") + move.text +
-          (move.parts ? " (what would have followed is not known)" : "") + "\n";
+    to += "  " + since_text(move.log_us, outcome) + (move.is_recorded ? "  recorded:   " : "  simulated:  ") +
+          move.text + (move.parts ? " (diverges here)" : "") + "\n";
   }
   if (changes.moves_left_out() > 0) to += "  and " + std::to_string(changes.moves_left_out()) + " more\n";
 }
 
 void add_changes(const Outcome& outcome, const std::string& other_name, std::string& to) {
-  to += "with " + other_name + " this would have gone otherwise:\n";
+  to += "differences with " + other_name + ":\n";
   add_moves(outcome, to);
   for (const auto& [id, changes] : outcome.changes.reports()) {
     to += "  " + since_text(changes.first.log_us, outcome) + "  " + count_text(changes.count, "report ", "reports ") +
@@ -184,8 +183,7 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
   add_head(outcome, text);
   const bool is_same = outcome.counts.ticks_different == 0 && outcome.changes.is_empty();
   if (outcome.counts.ticks > 0 && is_same) {
-    text += other_name.empty() ? "identical: every decision is as it was recorded"
-                               : "nothing would have gone otherwise with " + other_name;
+    text += other_name.empty() ? "identical: all decisions match the recording" : "no difference with " + other_name;
     if (outcome.states_compared > outcome.states_different) {
       text += ", and " + count_text(outcome.states_compared - outcome.states_different, "part ends", "parts end") +
               " in the state that the next begins with";
@@ -195,10 +193,10 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
   if (!is_same && other_name.empty()) add_differences(outcome, text);
   if (!is_same && !other_name.empty()) add_changes(outcome, other_name, text);
   if (outcome.states_different > 0) {
-    text += "DIFFERENT: " + count_text(outcome.states_different, "part does", "parts do") +
-            " not end in the state that the next begins with\n";
+    text += "DIFFERENT: the final state of " + count_text(outcome.states_different, "part", "parts") +
+            " differs from the initial state of the next part\n";
   }
-  for (const std::string& reason : outcome.not_replayable) text += "cannot be run: " + reason + "\n";
+  for (const std::string& reason : outcome.not_replayable) text += "cannot be replayed: " + reason + "\n";
   for (const Damage& damage : outcome.damages) {
     text += "damaged: " + place_of(damage) + ": " + damage.text + left_out_text(damage) + "\n";
   }
@@ -206,7 +204,7 @@ std::string outcome_text(const Outcome& outcome, const std::string& other_name) 
     text += "note: " + join.file + ":" + std::to_string(join.line) + ": " + join.text + "\n";
   }
   const bool is_empty = outcome.counts.ticks == 0 && outcome.not_replayable.empty() && outcome.damages.empty();
-  if (is_empty) text += "no decision found: nothing is recorded yet, or this is no recording\n";
+  if (is_empty) text += "no decisions found: nothing recorded yet, or not a recording\n";
   return text;
 }
 

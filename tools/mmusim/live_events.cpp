@@ -35,7 +35,7 @@ Result<LiveEvents, OsError> LiveEvents::open(const std::string& name) {
   OwnedFd fd = is_input ? OwnedFd(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0)) : open_pipe(name);
   const std::string shown = is_input ? "standard input" : name;
   if (!fd.is_open())
-    return failure(OsError{errno, shown + ": no way to open it, wanted a pipe (mkfifo), or - for standard input"});
+    return failure(OsError{errno, shown + ": cannot be opened, expected a pipe (mkfifo), or - for standard input"});
   if (!can_be_waited_for(fd)) {
     return failure(OsError{0, shown + ": found neither a pipe nor a terminal; events in a file are a --scenario"});
   }

@@ -166,7 +166,7 @@ int run(const Options& options) {
   const std::string cell_file = pack ? pack->sources.cell_name : "";
   if (const std::string same = same_file_among(options.record, {options.pack, options.scenario, cell_file});
       !same.empty()) {
-    complain("the recording would be written over '" + same + "', which is read; wanted another --record");
+    complain("--record: '" + same + "' is an input file, expected another path");
     return exit_usage;
   }
   if (!script || !script->problems.empty()) return exit_data;

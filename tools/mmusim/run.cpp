@@ -247,10 +247,11 @@ RunResult Run::result() const {
                    .ended_by_signal = ended_by_signal_};
   result.lines = {
       "bus: " + port_->name(),
-      "frames: " + number(counts_.frames_sent) + " sent, " + number(counts_.sends_failed) + " not taken by the bus, " +
+      "frames: " + number(counts_.frames_sent) + " sent, " + number(counts_.sends_failed) + " rejected by the bus, " +
           number(counts_.frames_received) + " received, " + number(port_->frames_lost()) + " missed",
       "polls: " + number(counts_.polls) + " seen, " + number(counts.polls_answered) + " answers of modules, " +
-          number(counts.answers_cut_short) + " cut short by the next, slowest start " + ms_text(counts_.worst_answer),
+          number(counts.answers_cut_short) + " interrupted by the next poll, slowest start " +
+          ms_text(counts_.worst_answer),
       "contactors: " + number(counts.contactor_commands) + " commands, " + number(counts.contactor_timeouts) +
           " time-outs",
   };
@@ -260,7 +261,7 @@ RunResult Run::result() const {
                            number(events_counted_.refused) + " refused");
   }
   if (counts_.left_out > Duration::zero()) {
-    result.lines.push_back("time: " + ms_text(counts_.left_out) + " left out because this program was held up");
+    result.lines.push_back("time: " + ms_text(counts_.left_out) + " skipped because the process was stalled");
   }
   return result;
 }

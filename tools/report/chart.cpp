@@ -236,8 +236,7 @@ std::string legend_html(const std::vector<LegendEntry>& entries) {
 std::string chart_html(const Plot& plot, const Columns& columns) {
   const svg::Range known = range_of(plot);
   if (known.is_empty()) {
-    return "<section><h2>" + escaped(plot.title) +
-           "</h2>\n<p class=\"nothing\">Nothing is known of this.</p></section>\n";
+    return "<section><h2>" + escaped(plot.title) + "</h2>\n<p class=\"nothing\">No data.</p></section>\n";
   }
   const svg::Range range = with_room(known, plot.range_min);
   const Axis axis = value_axis(plot, range);

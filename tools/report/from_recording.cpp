@@ -108,7 +108,7 @@ std::string RecordingReport::trouble(std::uint64_t line) const {
   // The replay does not count omitted lines.
   const std::uint64_t count = replay_.counts().lines - altered_->line;
   return "line " + std::to_string(line - count) + ": from here to line " + std::to_string(line) +
-         " the lines are not as they were written: one is missing, was changed or added";
+         " the lines were modified: a line is missing, changed or added";
 }
 
 /// Null: the current file has no open gap.

@@ -25,7 +25,7 @@ std::string setting_text(std::int64_t set_by_ms, std::int64_t at_ms) {
   return "The clock was set " + std::string(set_by_ms < 0 ? "back" : "forward") + " by " +
          span_text(std::abs(set_by_ms) * us_of_ms) + " before " + time_text(at_ms * us_of_ms) +
          (is_first ? ", for the first time since the computer started" : "") +
-         "; what the same life of the daemon has before is shown on the clock as it was set.";
+         "; what the same session has before is shown on the clock as it was set.";
 }
 
 }  // namespace

@@ -30,10 +30,10 @@ std::string when_text(const HoleReport& hole) {
 }
 
 std::string hole_text(const HoleReport& hole, const std::function<std::string(std::int64_t at_us)>& time) {
-  if (!hole.from_us && !hole.to_us) return "nothing could be read: " + hole.text;
-  if (!hole.from_us) return "nothing is known before " + time(*hole.to_us) + ": " + hole.text;
-  if (!hole.to_us) return "nothing is known behind " + time(*hole.from_us) + ": " + hole.text;
-  return "nothing is known from " + time(*hole.from_us) + " to " + time(*hole.to_us) + " (" + length_text(hole) +
+  if (!hole.from_us && !hole.to_us) return "no data: " + hole.text;
+  if (!hole.from_us) return "no data before " + time(*hole.to_us) + ": " + hole.text;
+  if (!hole.to_us) return "no data after " + time(*hole.from_us) + ": " + hole.text;
+  return "no data from " + time(*hole.from_us) + " to " + time(*hole.to_us) + " (" + length_text(hole) +
          "): " + hole.text;
 }
 
@@ -52,18 +52,18 @@ std::int64_t missing_us(const ReportData& data) {
 
 std::string holes_html(const ReportData& data) {
   if (data.holes.empty()) return "";
-  std::string out = "<section class=\"long\"><h2>What is missing</h2>\n";
+  std::string out = "<section class=\"long\"><h2>Gaps</h2>\n";
   if (data.holes.size() > holes_max) {
     out += "<p class=\"note\">The first " + std::to_string(holes_max) + " of " + std::to_string(data.holes.size()) +
-           " holes.</p>\n";
+           " gaps.</p>\n";
   }
   out +=
-      "<div class=\"scroll\"><table class=\"holes\"><tr><th>From, UTC</th><th>To, UTC</th><th>Length</th><th>Why, and "
-      "where</th></tr>\n";
+      "<div class=\"scroll\"><table class=\"holes\"><tr><th>From, UTC</th><th>To, UTC</th><th>Length</th><th>Cause"
+      "</th></tr>\n";
   for (std::size_t i = 0; i < std::min(data.holes.size(), holes_max); ++i) {
     const HoleReport& hole = data.holes[i];
-    out += "<tr><td>" + time_of(hole.from_us, "the begin") + "</td><td>" + time_of(hole.to_us, "the end") +
-           "</td><td>" + length_text(hole) + "</td><td>" + (hole.is_damage ? "<b class=\"fault\">damaged</b> " : "") +
+    out += "<tr><td>" + time_of(hole.from_us, "start") + "</td><td>" + time_of(hole.to_us, "end") + "</td><td>" +
+           length_text(hole) + "</td><td>" + (hole.is_damage ? "<b class=\"fault\">damaged</b> " : "") +
            escaped(hole.text) + "</td></tr>\n";
   }
   return out + "</table></div></section>\n";

@@ -172,7 +172,7 @@ std::string summary_html(const ReportData& data) {
   const std::int64_t covered_us =
       data.covered_us.value_or(static_cast<std::int64_t>(data.times_us.size()) * data.sample_us);
   cards.add("Span", span_text(span_us), time_text(data.from_us()) + " to " + time_text(data.to_us()) + " UTC");
-  cards.add("Covered by samples", span_text(std::min(covered_us, span_us)), "one each " + span_text(data.sample_us));
+  cards.add("Covered by samples", span_text(std::min(covered_us, span_us)), "one per " + span_text(data.sample_us));
   add_holes(cards, data);
   add_charge(cards, data);
   add_energy_left(cards, data);

@@ -39,11 +39,10 @@ std::string span_title(const SpanReport& span) {
   if (!span.place.empty()) text += ", " + span.place;
   if (span.lasted_us) {
     return text + ": for " + span_text(*span.lasted_us) + " of the time from " +
-           stretch_text(span.from_us, span.to_us) + ", nobody knows when";
+           stretch_text(span.from_us, span.to_us) + ", exact time unknown";
   }
   text += ": " + (span.has_begun_before ? "from before" : "from " + time_text(span.from_us));
-  return text + (span.goes_on ? ", still so when it was last seen" : "") + ", for " +
-         span_text(span.to_us - span.from_us);
+  return text + (span.goes_on ? ", still active at the end" : "") + ", for " + span_text(span.to_us - span.from_us);
 }
 
 /// Names in the order of their first time, so that the first one is on top after an opening.
@@ -195,14 +194,14 @@ std::string causes_html(const ReportData& data, const Columns& columns) {
   }
   if (out.empty()) return "";
   const std::string note =
-      data.is_of_means ? "<p class=\"note\">Of each " + sample + " only the reason at its end is known.</p>\n" : "";
-  return "<section><h2>What bounds the limits</h2>\n" + note + out + time_axis_html(columns) + "</section>\n";
+      data.is_of_means ? "<p class=\"note\">Only the reason at the end of each " + sample + " is known.</p>\n" : "";
+  return "<section><h2>Causes of the current limits</h2>\n" + note + out + time_axis_html(columns) + "</section>\n";
 }
 
 std::string timeline_html(const ReportData& data, const Columns& columns) {
   const std::vector<Stretch> phases = phases_of(data);
   std::string out = "<section><h2>Contactors and faults</h2>\n";
-  if (!phases.empty()) out += strip_html("The pack was", phases, columns);
+  if (!phases.empty()) out += strip_html("Phase", phases, columns);
   out += rows_html(data, SpanKind::contactor, "c3", columns);
   const std::string faults =
       rows_html(data, SpanKind::fault, "fault", columns) + rows_html(data, SpanKind::warning, "warning", columns);
@@ -212,7 +211,7 @@ std::string timeline_html(const ReportData& data, const Columns& columns) {
 
 std::string events_html(const ReportData& data) {
   if (data.events.empty()) return "";
-  std::string out = "<section class=\"long\"><h2>What happened</h2>\n";
+  std::string out = "<section class=\"long\"><h2>Events</h2>\n";
   if (data.events.size() > events_max) {
     out += "<p class=\"note\">The last " + std::to_string(events_max) + " of " + std::to_string(data.events.size()) +
            " events.</p>\n";

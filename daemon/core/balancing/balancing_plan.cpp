@@ -12,12 +12,12 @@ namespace bmu {
 
 std::string_view to_text(PlanVerdict verdict) {
   switch (verdict) {
-    case PlanVerdict::none: return "not measured yet";
-    case PlanVerdict::planned: return "some cells have too much";
-    case PlanVerdict::balanced: return "no cell has too much for sure";
-    case PlanVerdict::below_top: return "no cell is near the top of its charge";
-    case PlanVerdict::resistance_unknown: return "the cells' resistance is not known, and the current matters";
-    case PlanVerdict::charge_unknown: return "the charge of a cell is not known: it takes a rest near empty or full";
+    case PlanVerdict::none: return "no plan yet";
+    case PlanVerdict::planned: return "cells above the dead band";
+    case PlanVerdict::balanced: return "all cells within the dead band";
+    case PlanVerdict::below_top: return "no cell near the top of charge";
+    case PlanVerdict::resistance_unknown: return "cell resistance unknown, required at this current";
+    case PlanVerdict::charge_unknown: return "cell charge unknown; requires a rest near empty or full";
   }
   return "?";
 }

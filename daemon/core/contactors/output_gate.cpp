@@ -9,7 +9,7 @@ namespace bmu {
 std::string_view to_text(GateVerdict verdict) {
   switch (verdict) {
     case GateVerdict::pass: return "pass";
-    case GateVerdict::not_ours: return "not ours to send";
+    case GateVerdict::not_ours: return "not a frame of this node";
     case GateVerdict::malformed: return "malformed";
     case GateVerdict::not_permitted: return "not permitted";
   }

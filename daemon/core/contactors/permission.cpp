@@ -7,26 +7,26 @@ namespace bmu {
 
 std::string_view to_text(Blocker blocker) {
   switch (blocker) {
-    case Blocker::shutting_down: return "the daemon is shutting down";
-    case Blocker::fault: return "a fault is present";
+    case Blocker::shutting_down: return "daemon shutting down";
+    case Blocker::fault: return "fault confirmed";
     case Blocker::resting:
-      return "the modules are asleep after an undervoltage: the resume button, a charger or `bmuctl wake` ends that";
-    case Blocker::internal_bus_down: return "the internal bus is down";
-    case Blocker::pdu_unknown: return "no fresh word on contacts and inputs";
-    case Blocker::inputs_unhealthy: return "an emergency stop, the interlock or the insulation monitor says no";
-    case Blocker::insulation_unknown: return "the insulation resistance is not known";
-    case Blocker::modules_incomplete: return "not every module, cell and temperature is known and fresh";
-    case Blocker::sensors_incomplete: return "current, pack voltage or link voltage is not known or not fresh";
-    case Blocker::not_qualified: return "too few complete poll cycles yet";
-    case Blocker::modules_not_set_up: return "a module has not taken over the cell limits";
-    case Blocker::suspicion: return "something looks bad, not yet for long enough to be a fault";
-    case Blocker::commands_not_on_bus: return "the contactor commands are not seen on the bus";
-    case Blocker::contacts_unsettled: return "the contactors have not settled where they were told to";
-    case Blocker::contactor_closed: return "a contactor is closed although all should be open";
-    case Blocker::link_follows: return "the link is still at the pack's voltage: not yet shown that nothing is welded";
-    case Blocker::precharge_hot: return "the precharge resistor has to cool";
-    case Blocker::locked_out: return "waiting after the last opening";
-    case Blocker::no_claim: return "listening whether another master commands this pack";
+      return "modules asleep after an undervoltage; wake with the resume button, a charger or `bmuctl wake`";
+    case Blocker::internal_bus_down: return "internal bus down";
+    case Blocker::pdu_unknown: return "status of contacts and inputs stale";
+    case Blocker::inputs_unhealthy: return "emergency stop, interlock or insulation monitor tripped";
+    case Blocker::insulation_unknown: return "insulation resistance unknown";
+    case Blocker::modules_incomplete: return "module data incomplete or stale";
+    case Blocker::sensors_incomplete: return "current, pack voltage or DC link voltage missing or stale";
+    case Blocker::not_qualified: return "fewer than three complete poll cycles";
+    case Blocker::modules_not_set_up: return "cell limits not acknowledged by a module";
+    case Blocker::suspicion: return "fault pending";
+    case Blocker::commands_not_on_bus: return "contactor commands not transmitted";
+    case Blocker::contacts_unsettled: return "contactor feedback not settled";
+    case Blocker::contactor_closed: return "contactor feedback closed although all commanded open";
+    case Blocker::link_follows: return "DC link still at pack voltage (welding not excluded)";
+    case Blocker::precharge_hot: return "precharge resistor cooling down";
+    case Blocker::locked_out: return "reclose lockout after the last opening";
+    case Blocker::no_claim: return "checking for another master of this pack";
   }
   return "?";
 }

@@ -34,12 +34,12 @@ double left_uV(double resistance_Ohm, double time_constant_s, double current_mA,
 
 std::string_view to_text(FormerBook former) {
   switch (former) {
-    case FormerBook::none: return "none was kept";
-    case FormerBook::foreign: return "of another pack or other modules, not used";
-    case FormerBook::waiting: return "to be checked against clock, modules and voltages";
+    case FormerBook::none: return "none";
+    case FormerBook::foreign: return "from another pack or other modules, discarded";
+    case FormerBook::waiting: return "pending validation (clock, modules, voltages)";
     case FormerBook::in_use: return "in use";
-    case FormerBook::refused: return "contradicted by the voltages, not used";
-    case FormerBook::taken_over: return "replaced by what a rest has shown";
+    case FormerBook::refused: return "contradicted by the cell voltages, discarded";
+    case FormerBook::taken_over: return "superseded by a measurement at rest";
   }
   return "?";
 }

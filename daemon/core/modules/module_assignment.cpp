@@ -34,21 +34,22 @@ AssignmentRefusal reason_against(const AssignmentRequest& request, const Assignm
 std::string_view to_text(AssignmentRefusal refusal) {
   switch (refusal) {
     case AssignmentRefusal::none: return "none";
-    case AssignmentRefusal::shutting_down: return "the daemon is shutting down";
-    case AssignmentRefusal::not_open: return "the contactors are not open";
-    case AssignmentRefusal::close_requested: return "a closed pack is asked for: turn the key off, unplug the charger";
-    case AssignmentRefusal::bus_down: return "the internal bus is down";
-    case AssignmentRefusal::resting: return "the modules are asleep: `bmuctl wake` first";
-    case AssignmentRefusal::busy: return "another assignment is under way: try again in 2 s";
-    case AssignmentRefusal::bad_node: return "a node number is 1 to 63";
-    case AssignmentRefusal::already_there: return "the module has this node number";
+    case AssignmentRefusal::shutting_down: return "daemon shutting down";
+    case AssignmentRefusal::not_open: return "contactors not open";
+    case AssignmentRefusal::close_requested:
+      return "close request active: switch the key off and disconnect the charger";
+    case AssignmentRefusal::bus_down: return "internal bus down";
+    case AssignmentRefusal::resting: return "modules asleep: run `bmuctl wake` first";
+    case AssignmentRefusal::busy: return "another assignment in progress: retry in 2 s";
+    case AssignmentRefusal::bad_node: return "invalid node number, expected 1 to 63";
+    case AssignmentRefusal::already_there: return "the module already has this node number";
     case AssignmentRefusal::node_taken:
-      return "another module is there: give that one another number first, a free one of 1 to 63 will do";
-    case AssignmentRefusal::named_otherwise: return "the pack file names another serial number for this node";
+      return "node in use by another module: assign a free number from 1 to 63 to that module first";
+    case AssignmentRefusal::named_otherwise: return "the pack file assigns this node to another serial number";
     case AssignmentRefusal::unheard:
-      return "no module with this serial number has been heard: check the number, or use --unheard if it shares its "
-             "node number with others";
-    case AssignmentRefusal::foreign_modules: return "modules of another maker take no number from here";
+      return "no module with this serial number has been received; check the number, or use --unheard if several "
+             "modules share a node number";
+    case AssignmentRefusal::foreign_modules: return "modules of another manufacturer do not support node assignment";
   }
   return "?";
 }

@@ -116,42 +116,44 @@ std::string value_that_would_do(std::string_view key, const LikelyCause& cause, 
   const std::string value = std::to_string(to_ms(cause.would_do));
   std::string text(key);
   if (most && cause.would_do > *most) {
-    return text + " would have to be " + value + ", and may be " + std::to_string(to_ms(*most)) + "; it needs " +
-           std::string(instead);
+    return text + " would have to be " + value + ", maximum " + std::to_string(to_ms(*most)) +
+           "; required: " + std::string(instead);
   }
   if (least && cause.would_do < *least) {
-    return text + " would have to be " + value + ", and is at least " + std::to_string(to_ms(*least)) + "; it needs " +
-           std::string(instead);
+    return text + " would have to be " + value + ", minimum " + std::to_string(to_ms(*least)) +
+           "; required: " + std::string(instead);
   }
-  return text + " " + value + " would do, found " + std::to_string(to_ms(cause.found));
+  return text + " " + value + " would be sufficient, found " + std::to_string(to_ms(cause.found));
 }
 
 std::string decay_text(const LikelyCause& cause) {
-  return "the link falls, with a time constant of " + seconds_text(cause.measured) + ": " +
+  return "DC link voltage falls with a time constant of " + seconds_text(cause.measured) + ": " +
          value_that_would_do("contactors/link_decay_ms", cause, {}, link_decay_max, "a discharge resistor");
 }
 
 std::string fast_rise_text(const LikelyCause& cause) {
-  return "the link was seen on its way and followed after " + std::to_string(to_ms(cause.measured)) +
-         " ms: where no contactor is welded, " +
-         value_that_would_do("contactors/precharge_min_ms", cause, precharge_min_least, {}, "a resistor of more ohms");
+  return "DC link voltage rose and reached the pack voltage after " + std::to_string(to_ms(cause.measured)) +
+         " ms: if no contactor is welded, " +
+         value_that_would_do("contactors/precharge_min_ms", cause, precharge_min_least, {},
+                             "a resistor of higher resistance");
 }
 
 std::string slow_rise_text(const LikelyCause& cause) {
-  const std::string rises = "the link rises, with a time constant of " + tenths_text(cause.measured);
+  const std::string rises = "DC link voltage rises with a time constant of " + tenths_text(cause.measured);
   const std::string timeout = value_that_would_do("contactors/precharge_timeout_ms", cause, {}, precharge_timeout_max,
-                                                  "a resistor of fewer ohms");
+                                                  "a resistor of lower resistance");
   if (cause.key == WrongKey::precharge_timeout) return rises + ": " + timeout;
-  const std::string energy = rises + ", until the resistor has had what it bears: contactors/precharge_energy_J " +
-                             std::to_string(cause.would_do_J) + " would do, found " + std::to_string(cause.found_J) +
-                             ", with a resistor that bears it";
+  const std::string energy = rises +
+                             ", until the pulse energy of the resistor is used up: contactors/precharge_energy_J " +
+                             std::to_string(cause.would_do_J) + " would be sufficient, found " +
+                             std::to_string(cause.found_J) + ", with a resistor of this rating";
   return cause.would_do > cause.found ? energy + "; " + timeout : energy;
 }
 
-/// ": link 29.920 V, pack 30.000 V"; empty if unknown.
+/// ": DC link 29.920 V, pack 30.000 V"; empty if unknown.
 std::string link_and_pack_text(const Reading& link, std::int64_t pack_mV) {
   if (!link.is_known) return "";
-  return ": link " + value_text(Unit::mV, link.value) + ", pack " + value_text(Unit::mV, pack_mV);
+  return ": DC link " + value_text(Unit::mV, link.value) + ", pack " + value_text(Unit::mV, pack_mV);
 }
 
 /// Follows the element, if there is one: " 2.8510 V, limit 2.9000 V".
@@ -177,8 +179,8 @@ std::string text_of_fault(const Event& event) {
 
 std::string text_of_opening(const Event& event) {
   const std::string from = std::string(to_text(event.phase_from));
-  if (event.cause == OpeningCause::fault) return "contactors opened from " + from + ": " + text_of_fault(event);
-  std::string line = "contactors opened from " + from + ": " + std::string(to_text(event.cause));
+  if (event.cause == OpeningCause::fault) return "contactors: opened from " + from + ": " + text_of_fault(event);
+  std::string line = "contactors: opened from " + from + ": " + std::string(to_text(event.cause));
   if (event.cause != OpeningCause::permission) return line;
   line += ": " + std::string(to_text(static_cast<Blocker>(event.number)));
   const std::string where = to_text(event.reading.element);
@@ -188,12 +190,12 @@ std::string text_of_opening(const Event& event) {
 constexpr std::array<std::string_view, sensor_channels_told> channel_names{"I", "U1", "U2", "I"};
 
 std::string setting_text(SensorSetupTrouble trouble, std::int32_t value) {
-  constexpr std::array<std::string_view, 3> triggers{"off", "on a trigger", "by itself"};
+  constexpr std::array<std::string_view, 3> triggers{"off", "on a trigger", "cyclic"};
   switch (trouble) {
     case SensorSetupTrouble::trigger: return std::string(triggers.at(static_cast<std::size_t>(value)));
     case SensorSetupTrouble::period: return "every " + std::to_string(value) + " ms";
     case SensorSetupTrouble::byte_order: return value != 0 ? "little-endian" : "big-endian";
-    case SensorSetupTrouble::sign: return value != 0 ? "sign turned round" : "sign not turned round";
+    case SensorSetupTrouble::sign: return value != 0 ? "sign inverted" : "sign not inverted";
     default: return "";
   }
 }
@@ -207,17 +209,16 @@ SensorSetupProblem problem_in(const Event& event) {
 }
 
 std::string_view sensor_name(std::uint8_t channel) {
-  return channel < sensor_channels_used ? "the current sensor" : "the second current sensor";
+  return channel < sensor_channels_used ? "current sensor" : "second current sensor";
 }
 
-/// The changed setting of a sensor: "U1: every 100 ms before, every 60 ms now".
+/// The changed setting of a sensor: "U1: every 100 ms -> every 60 ms".
 std::string text_of_set_up(const SensorSetupProblem& changed) {
   if (changed.trouble == SensorSetupTrouble::none) {
-    return std::string(sensor_name(changed.channel)) + " was found configured as wanted";
+    return std::string(sensor_name(changed.channel)) + ": configuration as expected";
   }
-  return "the current sensor was configured anew: " + std::string(channel_names.at(changed.channel)) + ": " +
-         setting_text(changed.trouble, changed.found) + " before, " + setting_text(changed.trouble, changed.wanted) +
-         " now";
+  return "current sensor: reconfigured: " + std::string(channel_names.at(changed.channel)) + ": " +
+         setting_text(changed.trouble, changed.found) + " -> " + setting_text(changed.trouble, changed.wanted);
 }
 
 std::string hex_id(std::int64_t id) {
@@ -277,30 +278,29 @@ std::string value_text(Unit unit, std::int64_t value) {
 }
 
 std::string excess_text(Unit unit, std::int64_t given, std::int64_t asked) {
-  return value_text(unit, given) + " given, " + value_text(unit, asked) + " asked for";
+  return value_text(unit, given) + " supplied, " + value_text(unit, asked) + " requested";
 }
 
 std::string to_text(const LikelyCause& cause) {
   switch (cause.key) {
     case WrongKey::none: return "";
     case WrongKey::invert_current:
-      return "no charger is plugged in: where no motor brakes either, sensor/invert_current is the wrong way round";
+      return "no charger connected: if there is no regeneration either, sensor/invert_current is wrong";
     case WrongKey::invert_current_by_cells:
     case WrongKey::invert_current_by_step:
-      return "the cells move against the current that the sensor sends: sensor/invert_current is the wrong way round";
+      return "cell voltages contradict the direction of the measured current: sensor/invert_current is wrong";
     case WrongKey::invert_current_by_charger:
-      return "the charger gives as much as the sensor sees leave the pack: where no load takes twice that, "
-             "sensor/invert_current is the wrong way round";
+      return "charger current equals the measured discharge current: if no load draws twice as much, "
+             "sensor/invert_current is wrong";
     case WrongKey::second_is_reversed:
-      return "the two sensors see the same current with opposite signs: sensor/second_is_reversed is the wrong way "
-             "round";
+      return "the two sensors measure the same current with opposite signs: sensor/second_is_reversed is wrong";
     case WrongKey::both_signs:
-      return "the two sensors see the same current with opposite signs, and the cells move against the first: "
-             "sensor/invert_current and sensor/second_is_reversed are both the wrong way round";
+      return "the two sensors measure the same current with opposite signs, and the cell voltages contradict the "
+             "first: sensor/invert_current and sensor/second_is_reversed are both wrong";
     case WrongKey::little_endian:
-      return "the sensor's results are out of range, as they are in the other byte order: sensor/little_endian";
+      return "sensor results out of range because of the other byte order: sensor/little_endian is wrong";
     case WrongKey::buses:
-      return "modules, power distribution unit or current sensor send on the vehicle bus: buses/internal and "
+      return "frames of modules, power distribution unit or current sensor on the vehicle bus: buses/internal and "
              "buses/vehicle are swapped";
     case WrongKey::link_decay: return decay_text(cause);
     case WrongKey::precharge_min: return fast_rise_text(cause);
@@ -315,10 +315,10 @@ std::string to_text(const SensorSetupProblem& problem) {
   switch (problem.trouble) {
     case SensorSetupTrouble::none: return "";
     case SensorSetupTrouble::no_answer: return channel + "no answer";
-    case SensorSetupTrouble::not_understood: return channel + "it does not know the command";
+    case SensorSetupTrouble::not_understood: return channel + "command not supported";
     default: break;
   }
-  return channel + "found " + setting_text(problem.trouble, problem.found) + ", wanted " +
+  return channel + "found " + setting_text(problem.trouble, problem.found) + ", expected " +
          setting_text(problem.trouble, problem.wanted);
 }
 
@@ -364,64 +364,67 @@ std::string to_text(const Event& event) {
   const std::string number = std::to_string(event.number);
   switch (event.id) {
     case EventId::fault_warned: return "warning: " + text_of_fault(event);
-    case EventId::fault_warning_over: return "warning over: " + std::string(row_of(event.fault).meaning);
+    case EventId::fault_warning_over: return "warning ended: " + std::string(row_of(event.fault).meaning);
     case EventId::fault_confirmed: return "fault: " + text_of_fault(event);
     case EventId::fault_cause_gone:
-      return "cause gone, fault stays until cleared: " + std::string(row_of(event.fault).meaning);
+      return "cause gone, fault latched until cleared: " + std::string(row_of(event.fault).meaning);
     case EventId::fault_cleared: return "fault cleared: " + std::string(row_of(event.fault).meaning);
     case EventId::phase_changed:
       return "contactors: " + std::string(to_text(event.phase_from)) + " -> " + std::string(to_text(event.phase_to));
-    case EventId::precharge_done: return "precharged in " + number + " ms";
+    case EventId::precharge_done: return "precharge: done after " + number + " ms";
     case EventId::precharge_gave_up:
-      return "precharge given up after " + number + " ms" + link_and_pack_text(event.reading, event.threshold);
+      return "precharge: aborted after " + number + " ms" + link_and_pack_text(event.reading, event.threshold);
     case EventId::opened: return text_of_opening(event);
-    case EventId::close_requested: return "close requested";
-    case EventId::close_request_over: return "close request over";
+    case EventId::close_requested: return "close request: on";
+    case EventId::close_request_over: return "close request: off";
     case EventId::close_refused:
-      return "close request refused, ask again when this is over: " +
-             refusal_text(static_cast<Blocker>(event.number), event.fault, event.reading, event.threshold);
+      return "close request refused: " +
+             refusal_text(static_cast<Blocker>(event.number), event.fault, event.reading, event.threshold) +
+             "; request again when this condition has ended";
     case EventId::rest_changed:
-      return "modules after an undervoltage: " + std::string(to_text(static_cast<RestPhase>(event.number)));
-    case EventId::soc_started: return "state of charge starts at " + value_text(Unit::permille, event.number);
+      return "modules: " + std::string(to_text(static_cast<RestPhase>(event.number))) + " (sleep after undervoltage)";
+    case EventId::soc_started: return "SOC: initialised to " + value_text(Unit::permille, event.number);
     case EventId::former_charges:
-      return "what the cells missed before the start: " + std::string(to_text(static_cast<FormerBook>(event.number)));
+      return "restored cell charges: " + std::string(to_text(static_cast<FormerBook>(event.number)));
     case EventId::module_identified:
-      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number;
+      return "module " + std::to_string(event.reading.element.module_node) + ": serial number " + number;
     case EventId::module_out_of_place:
-      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number + ", not " +
-             std::to_string(event.threshold);
+      return "module " + std::to_string(event.reading.element.module_node) + ": serial number " + number +
+             ", expected " + std::to_string(event.threshold);
     case EventId::module_accepted:
-      return "module " + std::to_string(event.reading.element.module_node) + " is serial number " + number +
-             " from now on";
+      return "module " + std::to_string(event.reading.element.module_node) + ": serial number " + number +
+             " registered";
     case EventId::module_given_node:
-      return "serial number " + number + " has taken node " + std::to_string(event.reading.element.module_node);
+      return "serial number " + number + ": node " + std::to_string(event.reading.element.module_node) + " assigned";
     case EventId::module_node_not_taken:
-      return "serial number " + number + " was not seen on node " + std::to_string(event.reading.element.module_node) +
-             " after it was given this number";
-    case EventId::module_restarted: return "module " + number + " restarted";
-    case EventId::module_limits_set: return "module " + number + " has taken over the cell limits";
-    case EventId::module_refused_limits: return "module " + number + " refused the cell limits";
-    case EventId::balancing_began: return "balancing: cells that bleed: " + number;
+      return "serial number " + number + ": node assignment failed, no IDENT with this serial number from node " +
+             std::to_string(event.reading.element.module_node);
+    case EventId::module_restarted: return "module " + number + ": restarted";
+    case EventId::module_limits_set: return "module " + number + ": cell limits acknowledged";
+    case EventId::module_refused_limits: return "module " + number + ": cell limits refused";
+    case EventId::balancing_began:
+      return "balancing: started, " + number + (event.number == 1 ? " cell" : " cells") + " bleeding";
     case EventId::balancing_stopped:
-      return "balancing stopped: " + std::string(row_of(static_cast<BalancingBlocker>(event.number)).meaning);
-    case EventId::module_refused_balancing: return "module " + number + " refused to balance its cells";
-    case EventId::module_ignores_balancing: return "module " + number + " does not answer when told to balance";
-    case EventId::modules_stay_awake: return "told to sleep again and again, some module goes on answering";
+      return "balancing: stopped: " + std::string(row_of(static_cast<BalancingBlocker>(event.number)).meaning);
+    case EventId::module_refused_balancing: return "module " + number + ": balancing command refused";
+    case EventId::module_ignores_balancing: return "module " + number + ": no response to the balancing command";
+    case EventId::modules_stay_awake: return "modules: sleep command failed, at least one module still answers";
     case EventId::charge_stage_changed:
       return "charge: " + std::string(to_text(static_cast<ChargeStage>(event.number)));
     case EventId::sensor_set_up: return text_of_set_up(problem_in(event));
     case EventId::sensor_set_up_failed: {
       const SensorSetupProblem problem = problem_in(event);
-      return std::string(sensor_name(problem.channel)) + " is not used: " + to_text(problem);
+      return std::string(sensor_name(problem.channel)) + ": not used: " + to_text(problem);
     }
-    case EventId::sensor_restarted: return std::string(sensor_name(event.reading.element.number)) + " started anew";
-    case EventId::port_up: return std::string(to_text(event.port)) + " bus is up";
-    case EventId::port_down: return std::string(to_text(event.port)) + " bus is down";
-    case EventId::loop_gap: return "stopped or starved for " + number + " ms: opened, everything known is forgotten";
-    case EventId::gate_refused: return "frame " + hex_id(event.number) + " refused by the output gate";
-    case EventId::shutting_down: return "shutting down: opening";
+    case EventId::sensor_restarted: return std::string(sensor_name(event.reading.element.number)) + ": restarted";
+    case EventId::port_up: return std::string(to_text(event.port)) + " bus: up";
+    case EventId::port_down: return std::string(to_text(event.port)) + " bus: down";
+    case EventId::loop_gap:
+      return "control loop: stalled for " + number + " ms; contactors opened, all measurements invalidated";
+    case EventId::gate_refused: return "output gate: frame " + hex_id(event.number) + " refused";
+    case EventId::shutting_down: return "shutdown: opening the contactors";
     case EventId::shut_down_unconfirmed:
-      return "nobody has confirmed that the contactors are open; ending all the same";
+      return "shutdown: open contactors not confirmed by feedback; exiting nevertheless";
   }
   return "?";
 }

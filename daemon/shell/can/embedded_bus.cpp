@@ -333,8 +333,8 @@ std::string embedded_bus_path(std::string_view bus) {
 
 Result<std::unique_ptr<BusPort>, OsError> open_embedded_bus(std::string_view bus, const PortOptions& options) {
   if (!is_bus_name(bus)) {
-    const std::string wanted = "' is no bus name: wanted are 1 to 32 letters, digits, '_', '.' or '-'";
-    return failure(OsError{.code = 0, .what = "'unix:" + std::string(bus) + wanted});
+    const std::string expected = "', expected a bus name of 1 to 32 letters, digits, '_', '.' or '-'";
+    return failure(OsError{.code = 0, .what = "found 'unix:" + std::string(bus) + expected});
   }
   const std::string path = embedded_bus_path(bus);
   Result<SharedFile, OsError> shared = join(path);

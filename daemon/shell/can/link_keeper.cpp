@@ -58,19 +58,19 @@ bool LinkKeeper::look(const LinkLook& look, TimePoint now) {
   if (details_.is_up) {
     if (set_up_ == SetUp::done) return false;  // by this daemon: its settings have been logged
     if (is_as_wanted()) {
-      become(SetUp::as_wanted, Severity::info, name_ + " is up with " + found + ", as wanted");
+      become(SetUp::as_wanted, Severity::info, name_ + ": already up with " + found + " as configured");
     } else {
       become(SetUp::left_alone, Severity::warning,
-             name_ + " is up with " + found + " and is left so, wanted " + wanted + "; it is set up when it is down");
+             name_ + ": up with " + found + ", expected " + wanted +
+                 "; left unchanged, will be configured when it is down");
     }
     return false;
   }
   if (!look.has_right) {
     become(SetUp::no_right, Severity::error,
            name_ +
-               " is down, and to set it up takes CAP_NET_ADMIN, which this process does not have: let the network "
-               "manager do it (80-can0.network), or give the service the right (interfaces.conf); both are in "
-               "/usr/share/doc/bmud/examples");
+               ": down, and CAP_NET_ADMIN is missing to configure it; let the network manager do it (80-can0.network) "
+               "or grant the capability to the service (interfaces.conf); both are in /usr/share/doc/bmud/examples");
     return false;
   }
   return set_up_ != SetUp::failed || now - tried_at_ >= retry;
@@ -80,12 +80,12 @@ void LinkKeeper::tried(const LinkTried& tried, TimePoint now) {
   tried_at_ = now;
   if (tried.result < 0) {
     return become(SetUp::failed, Severity::error,
-                  name_ + " cannot be set up: " + std::strerror(-tried.result) + "; tried again every 10 s");
+                  name_ + ": configuration failed: " + std::strerror(-tried.result) + "; retry every 10 s");
   }
   const std::uint32_t restart_ms = tried.has_restart ? wanted_->restart_ms : 0;
   become(SetUp::done, Severity::info,
-         name_ + " set up: " + settings_text(wanted_->bit_rate_bit_per_s, restart_ms) +
-             (tried.has_restart ? "" : ", which its driver does not offer"));
+         name_ + ": configured: " + settings_text(wanted_->bit_rate_bit_per_s, restart_ms) +
+             (tried.has_restart ? "" : " (automatic restart not supported by the driver)"));
 }
 
 void LinkKeeper::become(SetUp set_up, Severity severity, const std::string& text) {

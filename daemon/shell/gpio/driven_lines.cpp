@@ -99,7 +99,7 @@ Result<std::optional<GpioConfig>, OsError> read_driven_lines(const std::string& 
   if (type == std::filesystem::file_type::not_found) return std::optional<GpioConfig>{};
   // Opening a pipe would wait for a writer while contactors are closed.
   if (type != std::filesystem::file_type::regular) {
-    return failure(OsError{error.value(), path + ": found no regular file, wanted one"});
+    return failure(OsError{error.value(), path + ": not a regular file"});
   }
   errno = 0;
   std::ifstream file(path);
@@ -108,9 +108,9 @@ Result<std::optional<GpioConfig>, OsError> read_driven_lines(const std::string& 
   text << file.rdbuf();  // empty if it cannot be read
   const std::optional<GpioConfig> gpio = parse_driven_lines(text.str());
   if (!gpio) {
-    return failure(OsError{0, path +
-                                  ": found no list of lines, wanted {\"chip\": TEXT, \"outputs\": {NAME: {\"line\": " +
-                                  "NUMBER, \"active_low\": true or false}}}"});
+    return failure(
+        OsError{0, path + ": found no list of lines, expected {\"chip\": TEXT, \"outputs\": {NAME: {\"line\": " +
+                       "NUMBER, \"active_low\": true or false}}}"});
   }
   return gpio;
 }

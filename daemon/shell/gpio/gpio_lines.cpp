@@ -104,7 +104,7 @@ std::string place_text(const std::string& chip, std::span<const GpioWanted> line
 }
 
 OsError refusal(int code, const std::string& where, const std::string& found, const std::string& wanted) {
-  return {.code = code, .what = where + ": found " + found + ", wanted " + wanted};
+  return {.code = code, .what = where + ": " + found + ", expected " + wanted};
 }
 
 // --- requests -------------------------------------------------------------------------------------------------------
@@ -195,19 +195,19 @@ class Chip {
   [[nodiscard]] Result<void, OsError> open() {
     const int fd = system_.open_chip(file_);
     if (fd < 0) {
-      return failure(refusal(-fd, file_, "no way to open it",
+      return failure(refusal(-fd, file_, "cannot be opened",
                              "a GPIO chip that this user may open (a service: see systemd/gpio.conf)"));
     }
     fd_ = GpioFd(system_, fd);
     if (const int result = system_.chip_info(fd, info_); result < 0) {
-      return failure(refusal(-result, file_, "something that is no GPIO chip", "one, as gpiodetect lists them"));
+      return failure(refusal(-result, file_, "not a GPIO chip", "one listed by gpiodetect"));
     }
     return {};
   }
 
   [[nodiscard]] Result<GpioFd, OsError> request_outputs(std::span<const GpioWanted> lines) {
     return request(lines, output_request(lines), [&](int error) {
-      return refusal(error, place_text(file_, lines), "them refused as outputs", "outputs that begin open");
+      return refusal(error, place_text(file_, lines), "refused as outputs", "outputs that start open");
     });
   }
 
@@ -237,8 +237,8 @@ class Chip {
     for (const GpioWanted& line : lines) {
       if (line.at.line < info_.lines) continue;
       return failure(refusal(0, place_text(file_, {&line, 1}),
-                             "a chip of " + std::to_string(info_.lines) + " lines, " + text_of(info_.label),
-                             "one that has this line"));
+                             "chip has " + std::to_string(info_.lines) + " lines, " + text_of(info_.label),
+                             "a chip with this line"));
     }
     return {};
   }
@@ -249,7 +249,8 @@ class Chip {
       gpio_v2_line_info info{};
       info.offset = line.at.line;
       if (system_.line_info(fd_.get(), info) < 0 || (info.flags & GPIO_V2_LINE_FLAG_USED) == 0) continue;
-      return refusal(code, place_text(file_, {&line, 1}), "it in use by \"" + text_of(info.consumer) + "\"", "it free");
+      return refusal(code, place_text(file_, {&line, 1}), "in use by \"" + text_of(info.consumer) + "\"",
+                     "a free line");
     }
     return std::nullopt;
   }
@@ -260,10 +261,10 @@ class Chip {
     const auto without_edges = request_of(lines, input_flags);
     const std::string where = place_text(file_, lines);
     if (is_granted(without_debounce)) {
-      return refusal(code, where, "debouncing refused by driver or kernel", "a debounce_ms that it does, or 0");
+      return refusal(code, where, "debouncing refused by driver or kernel", "a supported debounce_ms, or 0");
     }
     if (is_granted(without_edges)) return refusal(code, where, "edges refused", "a line that can interrupt");
-    return refusal(code, where, "them refused as inputs", "inputs");
+    return refusal(code, where, "refused as inputs", "inputs");
   }
 
   [[nodiscard]] bool is_granted(gpio_v2_line_request request) {
@@ -378,7 +379,7 @@ Result<void, OsError> GpioLines::open_pulses(GpioFd request) {
   pulse_fd_ = std::move(request);
   gpio_v2_line_values level{.bits = 0, .mask = 1};
   if (const int result = system_.get_values(pulse_fd_.get(), level); result < 0) {
-    return fail(refusal(-result, place_text(chip_, pulse_lines_), "no way to read it", "its level"));
+    return fail(refusal(-result, place_text(chip_, pulse_lines_), "cannot be read", "its level"));
   }
   capture_.begin(level.bits != 0);
   pulse_edges_ = 0;
@@ -414,7 +415,7 @@ Result<void, OsError> GpioLines::set_levels(const ContactorOutputs& outputs) {
   for (gpio_v2_line_values* values : {&levels, &watchdog}) {
     const int result = values->mask == 0 ? 0 : system_.set_values(output_fd_.get(), *values);
     if (result < 0) {
-      return fail(refusal(-result, place_text(chip_, output_lines_), "no way to set them", driven_text(outputs)));
+      return fail(refusal(-result, place_text(chip_, output_lines_), "cannot be set", driven_text(outputs)));
     }
   }
   return {};
@@ -438,7 +439,7 @@ Result<std::span<const GpioLevel>, OsError> GpioLines::read() {
   if (const auto taken = take_edges(); !taken) return failure(taken.error());
   gpio_v2_line_values values{.bits = 0, .mask = all_bits(levels_.size())};
   if (const int result = system_.get_values(read_fd_.get(), values); result < 0) {
-    return fail(refusal(-result, place_text(chip_, read_lines_), "no way to read them", "a level of each"));
+    return fail(refusal(-result, place_text(chip_, read_lines_), "cannot be read", "a level of each"));
   }
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     levels_[i].is_active = (values.bits & bit_of(i)) != 0;
@@ -454,7 +455,7 @@ Result<void, OsError> GpioLines::each_edge(const GpioFd& request, std::span<cons
     const int count = system_.read_edges(request.get(), edges);
     if (count == -EAGAIN) return {};
     if (count < 0) {
-      return fail(refusal(-count, place_text(chip_, lines), "no way to read their edges", "those since the last"));
+      return fail(refusal(-count, place_text(chip_, lines), "edges cannot be read", "the edges since the last read"));
     }
     for (const gpio_v2_line_event& edge : std::span(edges).first(static_cast<std::size_t>(count))) take(edge);
     if (static_cast<std::size_t>(count) < edges.size()) return {};
@@ -522,7 +523,7 @@ int GpioLines::open_contactors() {
 }
 
 tl::unexpected<OsError> GpioLines::fail(OsError error) {
-  if (output_fd_.is_open() && open_contactors() < 0) error.what += ", and no way to open the outputs";
+  if (output_fd_.is_open() && open_contactors() < 0) error.what += ", and the outputs cannot be opened";
   close();
   last_failure_ = std::move(error);
   return failure(OsError(last_failure_));

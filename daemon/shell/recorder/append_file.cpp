@@ -20,7 +20,7 @@ Result<void, OsError> sync_folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   const OwnedFd fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!fd.is_open() || ::fsync(fd.get()) != 0) return failure(os_error("sync the folder of", path));
+  if (!fd.is_open() || ::fsync(fd.get()) != 0) return failure(os_error("sync the directory of", path));
   return {};
 }
 

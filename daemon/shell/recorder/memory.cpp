@@ -93,11 +93,13 @@ void Memory::end() {
   history_tap_.finish();
   const RecorderEnd recorded = recorder_ ? recorder_->end(recorder_end_max) : RecorderEnd::all_written;
   tell();
-  if (recorded == RecorderEnd::some_lost) journal_.log(Severity::warning, "the recording lacks its end");
+  if (recorded == RecorderEnd::some_lost) journal_.log(Severity::warning, "recording: last entries missing");
   if (recorded == RecorderEnd::still_writing) {
-    journal_.log(Severity::warning, "the end did not wait for the recorder, which may not have written all");
+    journal_.log(Severity::warning,
+                 "shutdown: recorder not finished within the timeout; the recording may be incomplete");
   }
-  if (!history_.flush(history_flush_max)) journal_.log(Severity::warning, "the end did not wait for the history");
+  if (!history_.flush(history_flush_max))
+    journal_.log(Severity::warning, "shutdown: history not finished within the timeout");
 }
 
 }  // namespace bmu

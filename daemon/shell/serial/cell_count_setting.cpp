@@ -60,29 +60,28 @@ void CellCountSetting::read() {
   std::string problems;
   const auto take = [&setting](std::string_view text) -> Result<void, std::string> {
     setting = setting_from(text);
-    if (!setting) return failure(std::string("no number of cells"));
+    if (!setting) return failure(std::string("not a valid cell count"));
     return {};
   };
   static_cast<void>(file_.read(take, problems));
-  const std::string as_in_file = "; the pack file's " + std::to_string(next_count_) + " cells are in force";
+  const std::string as_in_file = "; using " + std::to_string(next_count_) + " cells of the pack file";
   // Not the previous file: its number has been replaced by an operator.
   if (!problems.empty()) {
-    told_ = "the number of cells that was set is left out: " + problems + as_in_file;
+    told_ = "cell count override ignored: " + problems + as_in_file;
     return;
   }
   if (!setting) return;
   if (setting->pack_hash != file_pack_.core.hash) {
-    told_ = "the number of cells that was set, " + std::to_string(setting->cell_count) + ", was for another pack file" +
-            as_in_file;
+    told_ = "cell count override " + std::to_string(setting->cell_count) + " belongs to another pack file" + as_in_file;
     return;
   }
   const auto pack = with_cell_count(file_pack_, setting->cell_count);
   if (!pack) {
-    told_ = "the number of cells that was set is left out: " + to_text(pack.error().front()) + as_in_file;
+    told_ = "cell count override ignored: " + to_text(pack.error().front()) + as_in_file;
     return;
   }
   if (setting->cell_count == next_count_) return;
-  told_ = std::to_string(setting->cell_count) + " cells, set over the serial console; the pack file has " +
+  told_ = "cell count override: " + std::to_string(setting->cell_count) + " cells (serial console), pack file " +
           std::to_string(next_count_);
   pack_ = *pack;
   next_count_ = setting->cell_count;
@@ -91,19 +90,19 @@ void CellCountSetting::read() {
 Result<CellCountSet, std::string> CellCountSetting::set(std::size_t cell_count, bool is_open) {
   const std::string cells = std::to_string(cell_count) + " cells";
   if (!file_pack_.serial.may_set_cell_count) {
-    return failure(std::string("the pack file does not allow it (serial/may_set_cell_count)"));
+    return failure(std::string("not allowed by the pack file (serial/may_set_cell_count)"));
   }
-  if (!is_open) return failure(std::string("the contactors are not open, or a closed pack is asked for"));
+  if (!is_open) return failure(std::string("contactors not open, or close request active"));
   const CellCountSet done{.is_in_force = cell_count == bmu::cell_count(pack_.core)};
   if (cell_count == next_count_) return done;
   if (const std::size_t modules = file_pack_.core.modules.size(); modules != 1) {
-    return failure("the pack has " + std::to_string(modules) + " modules, whose cells the pack file counts");
+    return failure("not available for a pack with " + std::to_string(modules) + " modules");
   }
-  if (!is_kept_) return failure(std::string("there is no state file to keep it beside (bmud --state)"));
+  if (!is_kept_) return failure(std::string("no state file to store it with (bmud --state)"));
   const auto pack = with_cell_count(file_pack_, cell_count);
-  if (!pack) return failure("not with " + cells + ": " + to_text(pack.error().front()));
+  if (!pack) return failure("invalid with " + cells + ": " + to_text(pack.error().front()));
   const auto written = file_.write(text_of({.cell_count = cell_count, .pack_hash = file_pack_.core.hash}));
-  if (!written) return failure("not kept: " + to_text(written.error()));
+  if (!written) return failure("not stored: " + to_text(written.error()));
   next_count_ = cell_count;
   return done;
 }

@@ -27,15 +27,15 @@ std::optional<std::size_t> cell_count_from(std::string_view text) {
 SerialReply set_cell_count(std::string_view argument, const SetCellCount& set) {
   const auto count = cell_count_from(argument);
   if (!count) {
-    return {.text = line_of("Refused: \"" + std::string(argument) + "\" is no number of cells, wanted 1 to " +
-                            std::to_string(cell_count_max) + " as in CellC:06"),
+    return {.text = line_of("Refused: found \"" + std::string(argument) + "\", expected a cell count from 1 to " +
+                            std::to_string(cell_count_max) + ", e.g. CellC:06"),
             .is_order = true};
   }
   const auto done = set(*count);
   if (!done) return {.text = line_of("Refused: " + done.error()), .is_order = true};
   const std::string digits = std::to_string(*count);
   std::string text = line_of("New Cell Count:" + std::string(digits.size() < 2 ? "0" : "") + digits);
-  if (!done->is_in_force) text += line_of("In force when bmud is started again.");
+  if (!done->is_in_force) text += line_of("Effective after a restart of bmud.");
   return {.text = text, .is_order = true};
 }
 
@@ -45,10 +45,10 @@ SerialReply dump_log(std::string_view /*argument*/, const SetCellCount& /*set*/)
 
 SerialReply set_service(std::string_view argument, const SetCellCount& /*set*/) {
   if (argument == "on") {
-    return {.text = line_of("Service on: measured values once a second"), .service = true, .is_order = true};
+    return {.text = line_of("Service on: measured values once per second"), .service = true, .is_order = true};
   }
   if (argument == "off") return {.text = line_of("Service off"), .service = false, .is_order = true};
-  return {.text = line_of("Refused: \"" + std::string(argument) + "\" is neither on nor off, as in Service:on"),
+  return {.text = line_of("Refused: found \"" + std::string(argument) + "\", expected on or off, e.g. Service:on"),
           .is_order = true};
 }
 
@@ -65,11 +65,10 @@ struct CommandRow {
 };
 
 constexpr std::array<CommandRow, 4> command_table{{
-    {"CellC:", "CellC:xx  set the number of cells, if the pack file allows it and the contactors are open",
-     set_cell_count},
-    {"LogReq", "LogReq    all lines of the log, the oldest first; any line you send ends it", dump_log},
-    {"Service:", "Service:on  measured values once a second, until Service:off", set_service},
-    {"Help", "Help      this", help},
+    {"CellC:", "CellC:xx  set the cell count, if the pack file allows it and the contactors are open", set_cell_count},
+    {"LogReq", "LogReq    dump the log, oldest line first; send any line to stop", dump_log},
+    {"Service:", "Service:on  measured values once per second, until Service:off", set_service},
+    {"Help", "Help      list of commands", help},
 }};
 
 SerialReply help(std::string_view /*argument*/, const SetCellCount& /*set*/) {
@@ -86,7 +85,7 @@ SerialReply answer_serial(const SerialLine& line, const SetCellCount& set) {
                             " characters (Help lists the commands)")};
   }
   if (line.kind == SerialLine::Kind::unprintable) {
-    return {.text = line_of("Not readable: is the bit rate right? (Help lists the commands)")};
+    return {.text = line_of("Unreadable characters: check the baud rate (Help lists the commands)")};
   }
   for (const CommandRow& row : command_table) {
     if (row.matches(line.text)) return row.answer(std::string_view(line.text).substr(row.name.size()), set);

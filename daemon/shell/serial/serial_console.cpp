@@ -116,12 +116,13 @@ void SerialConsole::Shared::open_port() {
   auto opened = open_serial_port(options.device, options.bit_rate_Bd);
   if (!opened) {
     const std::string why = to_text(opened.error());
-    if (std::exchange(told, why) != why) tell(Severity::warning, "serial console: " + why + "; looked for again");
+    if (std::exchange(told, why) != why) tell(Severity::warning, "serial console: " + why + "; retrying");
     return;
   }
   port = std::move(*opened);
   told.clear();
-  tell(Severity::info, "serial console on " + options.device + " with " + std::to_string(options.bit_rate_Bd) + " Bd");
+  tell(Severity::info,
+       "serial console: " + options.device + " opened at " + std::to_string(options.bit_rate_Bd) + " Bd");
 }
 
 /// Drops the partial line, the reply and the dump, because their user is gone.
@@ -131,7 +132,7 @@ void SerialConsole::Shared::lose_port(const std::string& why) {
   output.clear();
   dump = nullptr;
   set_service(false);
-  tell(Severity::warning, "serial console: " + options.device + " is gone (" + why + "); looked for again");
+  tell(Severity::warning, "serial console: " + options.device + " disconnected (" + why + "); retrying");
   pollfd wait{.fd = ending.get(), .events = POLLIN, .revents = 0};
   ::poll(&wait, 1, static_cast<int>(to_ms(options.look_again)));
 }

@@ -39,7 +39,7 @@ Result<std::optional<std::string>, std::string> read_text(FileCalls& calls, cons
   if (!file.is_open() && errno == ENOENT) return std::optional<std::string>{};
   struct stat status {};
   if (!file.is_open() || calls.status(file.get(), status) != 0) return refused();
-  if (!S_ISREG(status.st_mode)) return failure(std::string("no regular file"));
+  if (!S_ISREG(status.st_mode)) return failure(std::string("not a regular file"));
   std::string text;
   std::array<char, 16384> buffer{};
   while (true) {
@@ -65,7 +65,7 @@ bool write_all(FileCalls& calls, int file, std::string_view text) {
 Result<void, OsError> write_new(FileCalls& calls, const std::string& path, std::string_view text) {
   finish([&] { return calls.unlink(path.c_str()); });  // if it cannot be removed, the next call fails
   const OpenFile file(calls, open_file(calls, path, O_WRONLY | O_CREAT | O_EXCL));
-  if (!file.is_open()) return failure(os_error("make", path));
+  if (!file.is_open()) return failure(os_error("create", path));
   if (!write_all(calls, file.get(), text)) return failure(os_error("write", path));
   if (finish([&] { return calls.sync(file.get()); }) != 0) return failure(os_error("sync", path));
   return {};
@@ -125,7 +125,7 @@ Result<void, OsError> StateFile::write(std::string_view text) {
   if (auto renamed = put_in_place(fresh); !renamed) return refused(renamed.error());
   const OpenFile folder_file(calls_, open_file(calls_, folder(), O_RDONLY | O_DIRECTORY));
   if (!folder_file.is_open() || finish([&] { return calls_.sync(folder_file.get()); }) != 0) {
-    return failure(os_error("sync the folder of", path_));
+    return failure(os_error("sync the directory of", path_));
   }
   return {};
 }

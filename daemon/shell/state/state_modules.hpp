@@ -59,7 +59,7 @@ template <class Records, class ParseCell>
     std::string module_place = place;
     module_place.append("/").append(name);
     const std::optional<std::size_t> node = node_from_text(name);
-    if (!node) return module_place + " is no node number, wanted 1 to 63";
+    if (!node) return module_place + " is not a node number, expected 1 to 63";
     std::string problem = parse_state_module(module, module_place, cells_key, parse_cell, records.modules[*node]);
     if (!problem.empty()) return problem;
   }

@@ -17,7 +17,7 @@ inline constexpr std::int64_t unix_time_max_ms = std::int64_t{1} << 52;
 
 [[nodiscard]] inline std::string wrong_in_state(const std::string& place, const nlohmann::ordered_json& found,
                                                 const char* wanted) {
-  return place + " is " + found.dump() + ", wanted " + wanted;
+  return place + " is " + found.dump() + ", expected " + wanted;
 }
 
 /// From least to most; or no value. Unsigned numbers beyond the signed range have none.

@@ -112,8 +112,8 @@ Result<std::unique_ptr<StateStore>, OsError> StateStore::open(const StateStoreOp
   if (::stat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
     const int code = S_ISDIR(status.st_mode) || status.st_mode == 0 ? errno : ENOTDIR;
     return failure(OsError{.code = code,
-                           .what = "state file " + options.path + ": wanted the existing directory " + folder +
-                                   " (make it, or name another place with --state)"});
+                           .what = "state file " + options.path + ": directory " + folder +
+                                   " does not exist; create it, or choose another path with --state"});
   }
   store->read();
   return store;

@@ -75,7 +75,7 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const Json& json) : json_(json) {
-    if (!json.is_object()) throw Damage("an object is wanted, found " + json.dump());
+    if (!json.is_object()) throw Damage("expected an object, found " + json.dump());
   }
 
   template <class Number>
@@ -456,21 +456,21 @@ std::string state_text(const PersistentState& state) {
 }
 
 Result<StateRead, std::string> parse_state(std::string_view text) {
-  if (text.empty()) return failure(std::string("it is empty"));
+  if (text.empty()) return failure(std::string("empty"));
   try {
     const Json file = Json::parse(text, [](int depth, Json::parse_event_t, const Json&) {
       if (depth > depth_max) throw Damage("nested more than " + std::to_string(depth_max) + " deep");
       return true;
     });
     if (!file.is_object() || !file.contains("format") || !file.contains("checksum") || !file.contains("content")) {
-      return failure(std::string("format, checksum and content are wanted"));
+      return failure(std::string("expected format, checksum and content"));
     }
     if (file["format"] != format) {
-      return failure("format " + file["format"].dump() + " is none this program knows, only " + std::to_string(format));
+      return failure("found format " + file["format"].dump() + ", expected " + std::to_string(format));
     }
     const std::string checksum = checksum_of(file["content"].dump());
     if (file["checksum"] != checksum) {
-      return failure("the checksum is " + file["checksum"].dump() + ", of the content it is " + checksum);
+      return failure("checksum mismatch: found " + file["checksum"].dump() + ", expected " + checksum);
     }
     return read_content(file["content"]);
   } catch (const Json::parse_error& error) {

@@ -43,17 +43,17 @@ void Access::replace(const AccessGroups& groups, UserNames users) {
 }
 
 std::string Access::who_may(Right right) const {
-  std::string text = "root may";
+  std::string text = "root";
   if (right == Right::read && rules_.groups.readers) text += ", members of " + std::string(readers_group);
   if (rules_.groups.admins) text += ", members of " + std::string(admins_group);
-  if (rules_.own_user_id != 0) text += ", and " + users_.text_of(rules_.own_user_id) + ", whom the daemon runs as";
+  if (rules_.own_user_id != 0) text += ", and the user of the daemon, " + users_.text_of(rules_.own_user_id);
   return text;
 }
 
 std::string Access::refuse(const Peer& peer, Right right, std::string_view what, TimePoint now) {
-  refusals_.log(now, "refused: " + users_.text_of(peer) + " may not " + std::string(what));
-  return error_line("not_allowed",
-                    users_.text_of(peer.user_id) + " may not " + std::string(what) + "; " + who_may(right));
+  refusals_.log(now, "access denied: " + users_.text_of(peer) + ": " + std::string(what));
+  return error_line("not_allowed", users_.text_of(peer.user_id) + " is not permitted to " + std::string(what) +
+                                       "; permitted: " + who_may(right));
 }
 
 void Access::note_refused(std::string_view what_and_why, TimePoint now) {
@@ -61,10 +61,10 @@ void Access::note_refused(std::string_view what_and_why, TimePoint now) {
 }
 
 std::string Access::text() const {
-  const std::string control = "status socket: to control " + who_may(Right::control);
-  if (is_by_group()) return control + "; to read " + who_may(Right::read);
-  return control + "; who may connect may read, since there is neither a group " + std::string(readers_group) +
-         " nor " + std::string(admins_group);
+  const std::string control = "status socket: control: " + who_may(Right::control);
+  if (is_by_group()) return control + "; read: " + who_may(Right::read);
+  return control + "; read: every user that can connect (neither group " + std::string(readers_group) + " nor " +
+         std::string(admins_group) + " exists)";
 }
 
 }  // namespace bmu

@@ -34,11 +34,11 @@ std::string watched(const FaultRow& row) {
   const std::string times = row.samples > 1 ? ", in at least " + std::to_string(row.samples) + " samples" : "";
   const std::string warns = row.confirms_warning ? "; a warning is confirmed for as long" : "";
   if (row.confirm_time != nullptr) {
-    return "believed after " + code("confirm/" + std::string(row.name) + "_ms") + " of the pack file, " +
+    return "confirmed after " + code("confirm/" + std::string(row.name) + "_ms") + " of the pack file, " +
            ms_text(ConfirmTimes{}.*row.confirm_time) + times;
   }
   if (!row.has_limit()) {
-    return row.confirm > 0ns ? "believed after " + ms_text(row.confirm) + times : "believed at once" + times;
+    return row.confirm > 0ns ? "confirmed after " + ms_text(row.confirm) + times : "confirmed immediately" + times;
   }
   const std::string side = row.sense == Sense::at_or_above ? "at or above" : "at or below";
   return side + " " + code(key_of(row)) + " of the pack file" + times + warns;
@@ -48,21 +48,21 @@ std::string reaction(const FaultRow& row) {
   std::string text(to_text(row.reaction));
   if (row.grace > 0ns) text += " of " + ms_text(row.grace) + ", sooner when the current has fallen";
   if (row.waits_above_rating) {
-    text += ", or, while more flows than `contactors/break_current_max_mA`, " + ms_text(break_wait_max) + " later";
+    text += ", or, while the current is above `contactors/break_current_max_mA`, " + ms_text(break_wait_max) + " later";
   }
-  if (row.concerns != Concerns::all) text += "; concerns " + std::string(to_text(row.concerns)) + " only";
+  if (row.concerns != Concerns::all) text += "; affects " + std::string(to_text(row.concerns)) + " only";
   return text;
 }
 
 std::string end(const FaultRow& row) {
   const std::string after = row.has_limit() ? "its `clear_ms`" : ms_text(row.clear);
-  const std::string gone = "its cause has been gone for " + after;
+  const std::string gone = after + " after the cause is gone";
   const std::string kept =
-      row.outlives == Outlives::if_closed ? "; kept over a restart if the pack was closed then" : "";
+      row.outlives == Outlives::if_closed ? "; persists over a restart if the pack was closed" : "";
   switch (row.latch) {
-    case Latch::none: return "by itself when " + gone;
-    case Latch::until_cleared: return "by `bmuctl clear`, once " + gone + kept;
-    case Latch::until_authorised: return "by `bmuctl clear --authorised`, once " + gone;
+    case Latch::none: return "automatically " + gone;
+    case Latch::until_cleared: return "by `bmuctl clear`, at the earliest " + gone + kept;
+    case Latch::until_authorised: return "by `bmuctl clear --authorised`, at the earliest " + gone;
   }
   return "?";
 }
@@ -84,42 +84,41 @@ std::string capitalised(std::string_view words) {
 
 std::string section(const FaultRow& row) {
   std::string text = "### " + std::string(row.name) + "\n\n" + capitalised(row.meaning) + ".\n\n";
-  text += "- Watched: " + watched(row) + "\n";
+  text += "- Condition: " + watched(row) + "\n";
   text += "- Reaction: " + reaction(row) + "\n";
-  text += "- Ends: " + end(row) + "\n";
+  text += "- Cleared: " + end(row) + "\n";
   if (const std::string numbers = codes(row); !numbers.empty()) text += "- Codes: " + numbers + "\n";
-  text += "- Often because: " + std::string(usual_cause_of(row.id)) + "\n";
-  return text + "- What to do: " + std::string(row.remedy) + "\n\n";
+  text += "- Typical cause: " + std::string(usual_cause_of(row.id)) + "\n";
+  return text + "- Action: " + std::string(row.remedy) + "\n\n";
 }
 
 }  // namespace
 
 std::string fault_page_markdown() {
   std::string page =
-      "# Every fault\n\n"
-      "Made from the fault table by `BMUD_REWRITE=1 test_unit \"[docs]\"`. `bmuctl faults` says which of them are "
-      "present,\n"
-      "`bmuctl faults NAME` what is below of one, `bmuctl why` what they do to the pack now. How bad a fault is shows "
-      "in "
-      "its reaction:\n\n"
+      "# Fault reference\n\n"
+      "Made from the fault table by `BMUD_REWRITE=1 test_unit \"[docs]\"`. `bmuctl faults` lists the confirmed "
+      "faults,\n"
+      "`bmuctl faults NAME` shows the section of one below, `bmuctl why` their effect on the pack. The severity of a "
+      "fault is its reaction:\n\n"
       "| reaction | means |\n|---|---|\n"
-      "| warn | it is told, nothing else |\n"
+      "| warn | reported only |\n"
       "| refuse to close | a closed pack stays closed, an open one stays open |\n"
-      "| open after grace | the allowed current is zero at once; the pack opens when it has fallen, or the grace is "
-      "over |\n"
+      "| open after grace | the permitted current is zero immediately; the pack opens when the current has fallen, or "
+      "after the grace |\n"
       "| open now | the contactors are commanded open in the same tick |\n\n"
       "A pack file may make a reaction stricter, and a grace shorter, never weaker: `faults` in "
       "[configuration](configuration.md).\n\n"
-      "Evidence is weighed: a value beyond its limit is believed after its confirm time and in two samples at least; "
-      "one bad\n"
-      "sample alone opens nothing. A temperature that jumps further than a cell can counts from the module's next "
-      "sample\n"
-      "on. Of how long a reaction takes at most see [reaction times](reaction-times.md).\n\n"
-      "What ends by a clear command stays over a restart of the daemon, too. What is also seen when modules, sensors "
-      "or\n"
-      "monitor are switched off does so only if it came to a closed pack, and not while the daemon was ending; if it "
-      "lasts, it\n"
-      "is found again.\n\n";
+      "Debouncing: a fault is confirmed when the value exceeds its threshold for the confirm time and in at least two "
+      "samples;\n"
+      "a single bad sample never opens the contactors. A temperature that jumps further than a cell can is used from "
+      "the module's\n"
+      "next sample on. For the maximum reaction times see [reaction times](reaction-times.md).\n\n"
+      "Faults that require a clear command persist over a restart of the daemon. Faults that also occur when modules, "
+      "sensors or\n"
+      "the insulation monitor are switched off persist only if they were confirmed in a closed pack and not during "
+      "shutdown; a\n"
+      "persisting cause is detected again.\n\n";
   for (const FaultRow& row : fault_table()) page += section(row);
   page.pop_back();
   return page;
@@ -131,7 +130,7 @@ std::string blocker_sections_markdown() {
     const auto blocker = static_cast<Blocker>(index);
     const BlockerAdvice& advice = advice_on(blocker);
     text += "### " + capitalised(to_text(blocker)) + "\n\n" + std::string(advice.meaning) +
-            "\n\n- What to do: " + std::string(advice.remedy) + "\n\n";
+            "\n\n- Action: " + std::string(advice.remedy) + "\n\n";
   }
   return text;
 }

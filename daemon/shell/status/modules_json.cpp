@@ -39,19 +39,19 @@ std::string_view place_text(const ModuleRecord& module, const CoreView& view) {
 std::string place_sentence(const ModuleRecord& module, const ModuleFinding& finding) {
   const std::string name = module_name(module.config.node);
   const std::string expected = finding.expected.is_known ? serial_text(finding.expected.serial_number) : "";
-  const std::string where = finding.seen_at == 0 ? "" : ", which is at node " + std::to_string(finding.seen_at);
-  const std::string found = name + " is " + serial_text(module.identity.value.serial_number);
-  const std::string belongs = ", which belongs at node " + std::to_string(finding.belongs_to);
+  const std::string where = finding.seen_at == 0 ? "" : " (now at node " + std::to_string(finding.seen_at) + ")";
+  const std::string found = name + " has " + serial_text(module.identity.value.serial_number);
+  const std::string belongs = ", registered at node " + std::to_string(finding.belongs_to);
   switch (finding.place) {
     case ModulePlace::expected:
     case ModulePlace::unnamed: return "";
     case ModulePlace::unheard: {
-      if (!finding.expected.is_known) return name + " has not said who it is";
-      return name + ", " + expected + where + ", has not said who it is";
+      if (!finding.expected.is_known) return name + " not identified (no IDENT received)";
+      return name + ", expected " + expected + where + ", not identified (no IDENT received)";
     }
     case ModulePlace::exchanged: return found + ", expected " + expected + where;
     case ModulePlace::misplaced: return found + belongs + (expected.empty() ? "" : "; expected " + expected + where);
-    case ModulePlace::swapped: return found + ", expected " + expected + where + ": they have changed places";
+    case ModulePlace::swapped: return found + ", expected " + expected + where + ": swapped";
   }
   return "";
 }
@@ -80,8 +80,8 @@ Texts kind_problems(const ModuleRecord& module) {
                                    module.config.temperature_sensor_count));
   }
   if (said.protocol_version != internal_bus::protocol_version) {
-    texts.push_back(module_name(module.config.node) + ", " + serial_text(said.serial_number) + ", speaks version " +
-                    std::to_string(said.protocol_version) + " of the protocol, expected " +
+    texts.push_back(module_name(module.config.node) + ", " + serial_text(said.serial_number) + ": protocol version " +
+                    std::to_string(said.protocol_version) + ", expected " +
                     std::to_string(internal_bus::protocol_version));
   }
   return texts;
@@ -90,13 +90,13 @@ Texts kind_problems(const ModuleRecord& module) {
 /// The maker does not publish the meaning of the bits.
 Texts maker_problems(const ModuleRecord& module) {
   if (!module.status.is_valid() || module.status.value.maker_errors == 0) return {};
-  return {module_name(module.config.node) + " tells errors of its maker's, " +
+  return {module_name(module.config.node) + " reports manufacturer-specific errors, " +
           id_text(module.status.value.maker_errors)};
 }
 
 Texts rival_problems(const ModuleRecord& module, TimePoint now) {
   if (!has_rival(module, now)) return {};
-  std::string sentence = "two modules speak at node " + std::to_string(module.config.node);
+  std::string sentence = "two modules answer as node " + std::to_string(module.config.node);
   if (module.rival_serial_number != 0 && module.identity.is_valid()) {
     sentence += ": serial numbers " + std::to_string(module.identity.value.serial_number) + " and " +
                 std::to_string(module.rival_serial_number);
@@ -111,13 +111,13 @@ void append(Texts& to, const Texts& more) {
 std::string refusal_sentence(const ModuleRecord& module, AcceptRefusal refusal, const CoreView& view) {
   if (refusal == AcceptRefusal::two_speak) return rival_problems(module, view.now).front();
   const std::string sentence = place_sentence(module, view.core.finding(module));
-  return sentence + (refusal == AcceptRefusal::named_otherwise ? ", as the pack file names it" : "");
+  return sentence + (refusal == AcceptRefusal::named_otherwise ? " by the pack file" : "");
 }
 
 std::string setup_sentence(std::size_t index, const CoreView& view) {
   const std::string name = module_name(view.core.modules().modules()[index].config.node);
-  return name + (view.core.module_setup().is_refused(index) ? " refuses the pack's limits"
-                                                            : " has not taken over the pack's limits");
+  return name +
+         (view.core.module_setup().is_refused(index) ? ": cell limits refused" : ": cell limits not acknowledged");
 }
 
 Texts setup_problems(const CoreView& view) {
@@ -226,8 +226,8 @@ std::string already_sentence(const AssignmentRequest& request, const CoreView& v
   const std::string node = std::to_string(request.node);
   const ModuleRecord* const module = view.core.modules().find(request.node);
   const bool is_expected = module == nullptr || view.core.finding(*module).place == ModulePlace::expected;
-  return serial_text(request.serial_number) + " has node " + node + " already" +
-         (is_expected ? "" : "; `bmuctl modules accept " + node + "` if it is to belong there");
+  return serial_text(request.serial_number) + " already has node " + node +
+         (is_expected ? "" : "; to register it there: `bmuctl modules accept " + node + "`");
 }
 
 std::string assignment_sentence(const CoreView& view) {
@@ -239,17 +239,17 @@ std::string assignment_sentence(const CoreView& view) {
     case AssignmentStage::none: return "";
     case AssignmentStage::refused:
       if (is_there_already(assignment)) return already_sentence(request, view);
-      return "not done: " + text(to_text(assignment.refusal()));
-    case AssignmentStage::asking: return who + " is given " + node;
+      return "failed: " + text(to_text(assignment.refusal()));
+    case AssignmentStage::asking: return "assigning " + node + " to " + who;
     case AssignmentStage::taken: {
       const std::string from =
-          assignment.node_before() == 0 ? "" : ", it was node " + std::to_string(assignment.node_before());
-      return who + " has taken " + node + " and said so" + from;
+          assignment.node_before() == 0 ? "" : ", previously node " + std::to_string(assignment.node_before());
+      return who + ": " + node + " assigned and confirmed" + from;
     }
     case AssignmentStage::seen_other:
-      return "not done: " + serial_text(assignment.other_serial_number()) + " answers at " + node + ", not " + who;
+      return "failed: " + node + " is used by " + serial_text(assignment.other_serial_number()) + ", not " + who;
     case AssignmentStage::not_seen:
-      return "not done: nobody answers at " + node + "; " + who + " is not there or does not obey";
+      return "failed: no answer from " + node + "; " + who + " is not connected or ignores the command";
   }
   return "";
 }
@@ -271,9 +271,8 @@ Texts stranger_problems(const CoreView& view) {
   Texts texts;
   for (const Json& stranger : strangers_json(view)) {
     const Json& serial_number = stranger["serial_number"];
-    texts.push_back(
-        "an extra module at node " + stranger["node"].dump() +
-        (serial_number.is_null() ? ", which has not said who it is" : ", serial number " + serial_number.dump()));
+    texts.push_back("unknown module at node " + stranger["node"].dump() +
+                    (serial_number.is_null() ? ", not identified" : ", serial number " + serial_number.dump()));
   }
   return texts;
 }

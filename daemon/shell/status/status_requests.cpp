@@ -109,12 +109,12 @@ std::string unknown_keys(const Json& request, const CommandRow& row) {
 }
 
 StatusReply unknown_key_reply(const std::string& names, const CommandRow& row) {
-  std::string known = "no key";
+  std::string known;
   for (const std::string_view key : row.keys) {
-    if (!key.empty()) known += (key == row.keys[0] ? " but \"" : ", \"") + std::string(key) + "\"";
+    if (!key.empty()) known += (known.empty() ? "\"" : ", \"") + std::string(key) + "\"";
   }
-  return {.line = error_line("unknown_key",
-                             names + ": besides \"cmd\", \"" + std::string(row.takes.name) + "\" takes " + known)};
+  return {.line = error_line("unknown_key", "unknown keys " + names + "; \"" + std::string(row.takes.name) +
+                                                "\" accepts " + (known.empty() ? "none" : known))};
 }
 
 Json present_faults(const StatusView& view) {
@@ -135,16 +135,16 @@ std::optional<std::int64_t> number_of(const Json& request, const char* key, std:
   return value >= min && value <= max ? std::optional(value) : std::nullopt;
 }
 
-/// "\"node\": found 64, wanted a whole number from 1 to 63"
+/// "\"node\": found 64, expected an integer from 1 to 63"
 StatusReply bad_argument(const Json& request, const char* key, std::string_view wanted) {
   const std::string found = request.contains(key) ? excerpt(request[key]) : "nothing";
-  return refusal("bad_argument", "\"" + std::string(key) + "\": found " + found + ", wanted " + std::string(wanted));
+  return refusal("bad_argument", "\"" + std::string(key) + "\": found " + found + ", expected " + std::string(wanted));
 }
 
 std::string list_text(const Json& names) {
   std::string text;
   for (const Json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
-  return text.empty() ? "nothing" : text;
+  return text.empty() ? "none" : text;
 }
 
 }  // namespace
@@ -172,17 +172,17 @@ StatusReply StatusRequests::answer(std::string_view request, const Peer& peer) c
   try {
     // First: a peer that may not read gets no list of the commands either.
     if (!actions_.access.may(peer, Right::read)) {
-      return {.line = actions_.access.refuse(peer, Right::read, "read here", view().now)};
+      return {.line = actions_.access.refuse(peer, Right::read, "read", view().now)};
     }
     const Json json = Json::parse(request, nullptr, false);
     if (json.is_discarded()) {
       return {.line = error_line("malformed", "found " + excerpt(std::string(request)) +
-                                                  ", which is no JSON; wanted a line like {\"cmd\":\"status\"}")};
+                                                  ", which is not JSON; expected a line like {\"cmd\":\"status\"}")};
     }
     if (!json.is_object() || !json.contains("cmd") || !json["cmd"].is_string()) {
-      return {.line =
-                  error_line("malformed", "found " + excerpt(json) + ", wanted an object with a text \"cmd\", one of " +
-                                              known_commands())};
+      return {.line = error_line(
+                  "malformed",
+                  "found " + excerpt(json) + ", expected an object with a string \"cmd\", one of " + known_commands())};
     }
     return answer_json(json, peer);
   } catch (const Json::exception& error) {
@@ -195,7 +195,8 @@ StatusReply StatusRequests::answer_json(const Json& request, const Peer& peer) c
   const auto* row = std::find_if(command_table.begin(), command_table.end(),
                                  [&](const CommandRow& one) { return one.takes.name == name; });
   if (row == command_table.end()) {
-    return {.line = error_line("unknown_command", excerpt(name) + " is none of " + known_commands())};
+    return {.line = error_line("unknown_command",
+                               "unknown command " + excerpt(name) + ", expected one of " + known_commands())};
   }
   const std::string unknown = unknown_keys(request, *row);
   if (!unknown.empty()) return unknown_key_reply(unknown, *row);
@@ -235,30 +236,30 @@ StatusReply StatusRequests::clear(const Json& request, const Peer& peer) const {
 
 void StatusRequests::log_clear(const Peer& peer, Authority authority, const Json& cleared,
                                const Json& still_present) const {
-  actions_.log("clear by " + who(peer) + (authority == Authority::service ? " with authority: " : ": ") +
-               list_text(cleared) + " cleared, still present " + list_text(still_present));
+  actions_.log("clear by " + who(peer) + (authority == Authority::service ? " (authorised)" : "") + ": cleared " +
+               list_text(cleared) + "; still confirmed " + list_text(still_present));
 }
 
 StatusReply StatusRequests::wake(const Json& /*request*/, const Peer& peer) const {
   const std::string_view before = to_text(view().core.rest().phase());
   actions_.carry_out({.command = Command::wake, .user_id = peer.user_id});
   const StatusView now = view();
-  actions_.log("wake by " + who(peer) + ": " + std::string(before) + " before, " +
-               std::string(to_text(now.core.rest().phase())) + " now");
+  actions_.log("wake by " + who(peer) + ": " + std::string(before) + " -> " +
+               std::string(to_text(now.core.rest().phase())));
   return {.line = reply_line("wake", {{"rest_before", before}, {"rest", to_text(now.core.rest().phase())}})};
 }
 
 StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer) const {
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   if (request.contains("node") && !node) {
-    return bad_argument(request, "node", "a whole number from 1 to 63; without it all are meant");
+    return bad_argument(request, "node", "an integer from 1 to 63, or no \"node\" for all modules");
   }
   const StatusView before = view();
   if (node && before.core.modules().find(static_cast<std::uint8_t>(*node)) == nullptr) {
-    return bad_argument(request, "node", "a node of the pack");
+    return bad_argument(request, "node", "a node of the pack file");
   }
   if (!before.core.may_change_modules()) {
-    return refusal("refused", "the pack is not open, or a closed one is asked for");
+    return refusal("refused", "contactors not open, or close request active");
   }
   const KnownModules known_before = before.core.watchers().roster.known();
   actions_.carry_out({.command = Command::accept_modules,
@@ -274,8 +275,8 @@ StatusReply StatusRequests::accept_modules(const Json& request, const Peer& peer
 StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer) const {
   const auto node = number_of(request, "node", 1, internal_bus::node_count_max);
   const auto serial_number = number_of(request, "serial_number", 0, UINT32_MAX);
-  if (!serial_number) return bad_argument(request, "serial_number", "a whole number from 0 to 4294967295");
-  if (!node) return bad_argument(request, "node", "a whole number from 1 to 63");
+  if (!serial_number) return bad_argument(request, "serial_number", "an integer from 0 to 4294967295");
+  if (!node) return bad_argument(request, "node", "an integer from 1 to 63");
   if (request.contains("unheard") && !request["unheard"].is_boolean()) {
     return bad_argument(request, "unheard", "true or false");
   }
@@ -287,12 +288,12 @@ StatusReply StatusRequests::assign_module(const Json& request, const Peer& peer)
                       .is_unheard_allowed = request.contains("unheard") && request["unheard"] == true});
   const StatusView now = view();
   const ModuleAssignment& assignment = now.core.assignment();
-  const std::string what = "node " + std::to_string(*node) + " given by " + who(peer) + " to serial number " +
+  const std::string what = "node " + std::to_string(*node) + " assigned by " + who(peer) + " to serial number " +
                            std::to_string(*serial_number);
   const bool is_ours = assignment.request().serial_number == *serial_number && assignment.request().node == *node;
   if (!is_ours) return refusal("refused", to_text(AssignmentRefusal::busy));
   if (assignment.refusal() == AssignmentRefusal::already_there) {
-    actions_.log(what + ", which has it already");
+    actions_.log(what + " (already assigned)");
     return {.line = reply_line("assign_module", {{"assignment", assignment_json(now)}})};
   }
   if (assignment.stage() == AssignmentStage::refused) {
@@ -328,7 +329,7 @@ StatusReply StatusRequests::watch(const Json& request, const Peer& /*peer*/) con
     period_ms = wanted.is_number_integer() ? wanted.get<std::int64_t>() : 0;
   }
   if (period_ms < period_min_ms || period_ms > period_max_ms) {
-    return bad_argument(request, "period_ms", "a whole number from 50 to 60000");
+    return bad_argument(request, "period_ms", "an integer from 50 to 60000");
   }
   // The first picture follows with the next tick.
   return {.line = "", .picture_period = std::chrono::milliseconds(period_ms)};

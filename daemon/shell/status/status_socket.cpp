@@ -72,12 +72,12 @@ Result<void, OsError> make_own_directory(const std::string& path, const std::str
   struct stat status {};
   if (::stat(directory.c_str(), &status) == 0) return {};
   if (directory != own_directory) {
-    return failure(os_error("status socket " + path + ": wanted the existing directory " + directory +
-                            " (make it, or name another place with --socket)"));
+    return failure(os_error("status socket " + path + ": directory " + directory +
+                            " does not exist; create it, or choose another path with --socket"));
   }
   if (::mkdir(directory.c_str(), directory_mode) == 0 || errno == EEXIST) return {};
-  return failure(os_error("status socket " + path + ": cannot make the directory " + directory +
-                          " (make it, run as a service, or name another place with --socket)"));
+  return failure(os_error("status socket " + path + ": cannot create the directory " + directory +
+                          "; create it, run bmud as a service, or choose another path with --socket"));
 }
 
 /// A socket file without a listener was left by a daemon that died.
@@ -85,13 +85,13 @@ Result<void, OsError> remove_stale(const std::string& path, const sockaddr_un& a
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return {};
   if (!S_ISSOCK(status.st_mode)) {
-    return failure(OsError{.code = EEXIST, .what = "status socket " + path + " (and it is no socket)"});
+    return failure(OsError{.code = EEXIST, .what = "status socket " + path + " exists and is not a socket"});
   }
   const OwnedFd probe = make_stream_socket();
   if (!probe.is_open()) return failure(os_error("status socket " + path));
   const bool answers = ::connect(probe.get(), plain(address), sizeof(address)) == 0;
   if (answers || errno == EAGAIN) {
-    return failure(OsError{.code = 0, .what = "another bmud is running: it answers at " + path});
+    return failure(OsError{.code = 0, .what = "another bmud is running on " + path});
   }
   if (errno != ECONNREFUSED) return failure(os_error("status socket " + path));
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) return failure(os_error("remove the stale socket " + path));
@@ -196,7 +196,7 @@ void StatusSocket::accept_clients() {
     return turn_away(*client, refusal);
   }
   if (clients_.size() >= options_.clients_max && !make_room_for(client->peer)) {
-    return turn_away(*client, error_line("too_many_clients", "all connections are taken; try again later"));
+    return turn_away(*client, error_line("too_many_clients", "all connections in use; retry later"));
   }
   if (add_to_poll(poll_.get(), client->socket.get(), EPOLLIN)) clients_.push_back(std::move(client));
 }
@@ -219,7 +219,7 @@ bool StatusSocket::make_room_for(const Peer& peer) {
       connections_of((*found)->peer.user_id) <= connections_of(peer.user_id) + 1) {
     return false;
   }
-  turn_away(**found, error_line("too_many_clients", "all connections are taken, and another user wants one of yours"));
+  turn_away(**found, error_line("too_many_clients", "connection closed: limit reached and another user is waiting"));
   remove_finished();
   return true;
 }
@@ -279,7 +279,7 @@ void StatusSocket::answer_line(Client& client, const Answer& answer) {
     client.is_closing = true;
     ++clients_dropped_;
     queue(client,
-          error_line("too_long", "a request has at most " + std::to_string(options_.request_bytes_max) + " bytes"));
+          error_line("too_long", "request too long, maximum " + std::to_string(options_.request_bytes_max) + " bytes"));
     return;
   }
   const std::string line = client.input.substr(0, end);

@@ -20,24 +20,24 @@ namespace {
 std::string heard_text(const OpeningRecord& opening, const Silence& silence, const std::string& before) {
   constexpr Duration value_age_max = 50ms;
   const TimePoint at = opening.reading.taken_at;
-  if (at == TimePoint{}) return "never heard";
+  if (at == TimePoint{}) return "never received";
   const std::string age = span_text(opening.at - at);
   const bool is_partial = opening.confirmed_at - at + value_age_max < silence.limit;
-  if (is_partial) return "heard in part " + age + before;
-  return "last heard " + age + before + ", limit " + span_text(silence.limit);
+  if (is_partial) return "partly received " + age + before;
+  return "last received " + age + before + ", limit " + span_text(silence.limit);
 }
 
-/// Age of the reading: ", seen 8 ms before opening"; "" for a condition without a sample, which is true or false when
-/// it is evaluated.
+/// Age of the reading: ", measured 8 ms before opening"; "" for a condition without a sample, which is true or false
+/// when it is evaluated.
 std::string seen_text(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
-  if (opening.is_restored) return ", seen before the daemon started";
+  if (opening.is_restored) return ", confirmed in an earlier session";
   const Silence silence = silence_of(row.id, view);
   const TimePoint at = opening.reading.taken_at;
   if (silence.is_one) {
     return ", " + heard_text(opening, silence, " before opening");
   }
   const bool has_sample = row.has_limit() || at != opening.confirmed_at;
-  return has_sample ? ", seen " + span_text(opening.at - at) + " before opening" : "";
+  return has_sample ? ", measured " + span_text(opening.at - at) + " before opening" : "";
 }
 
 Json signal_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
@@ -64,9 +64,9 @@ Json limit_step(const OpeningRecord& opening, const FaultRow& row) {
 
 Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const Duration confirm = thresholds_of(row, view.core.config().limits).confirm;
-  const std::string believed = confirm > Duration{} ? "after " + span_text(confirm) : "at once";
+  const std::string confirmed = confirm > Duration{} ? "after " + span_text(confirm) : "immediately";
   const FaultReaction does = reaction_of(row, view.core.config().stricter_reactions);
-  Json json = step("fault", "fault " + text(row.name) + ", believed " + believed + ", reaction: " +
+  Json json = step("fault", "fault " + text(row.name) + ", confirmed " + confirmed + ", reaction: " +
                                 text(to_text(does.reaction)) + (does.is_stricter ? ", by the pack file" : ""));
   json["name"] = row.name;
   json["reaction"] = to_text(does.reaction);
@@ -78,7 +78,7 @@ Json fault_step(const OpeningRecord& opening, const FaultRow& row, const CoreVie
 }
 
 std::string current_text(const OpeningRecord& opening) {
-  return opening.current_mA.is_valid() ? value_text(Unit::mA, opening.current_mA.value) : "an unknown current";
+  return opening.current_mA.is_valid() ? value_text(Unit::mA, opening.current_mA.value) : "unknown current";
 }
 
 Json current_json(const OpeningRecord& opening) {
@@ -94,35 +94,35 @@ Json decision_step(const OpeningRecord& opening, const CoreView& view) {
   return json;
 }
 
-/// "cell 2.7 (no. 19): 2.8512 V, limit 2.9000 V, beyond it for 0.21 s; sample taken 8 ms before."
+/// "cell 2.7 (no. 19): 2.8512 V, limit 2.9000 V, exceeded for 0.21 s; sample 8 ms before opening."
 std::string fault_sentence(const OpeningRecord& opening, const FaultRow& row, const CoreView& view) {
   const std::string what = reading_text(row, opening.reading, view);
   std::string sentence = text(row.meaning) + (what.empty() ? "" : ": " + what);
-  if (opening.is_restored) return sentence + ", seen before the daemon started and not cleared since";
+  if (opening.is_restored) return sentence + ", confirmed in an earlier session, not cleared since";
   if (row.has_limit()) {
-    sentence += ", limit " + value_text(row.unit, opening.threshold) + ", beyond it for " +
+    sentence += ", limit " + value_text(row.unit, opening.threshold) + ", exceeded for " +
                 span_text(opening.confirmed_at - opening.suspected_since);
   }
   const TimePoint at = opening.reading.taken_at;
   const Silence silence = silence_of(row.id, view);
   if (silence.is_one) {
-    return sentence + "; " + heard_text(opening, silence, " before");
+    return sentence + "; " + heard_text(opening, silence, " before opening");
   }
-  if (at == TimePoint{}) return sentence + "; never seen before";
+  if (at == TimePoint{}) return sentence + "; no earlier sample";
   const bool has_sample = row.has_limit() || at != opening.confirmed_at;
-  return sentence + (has_sample ? "; sample taken " + span_text(opening.at - at) + " before" : "");
+  return sentence + (has_sample ? "; sample " + span_text(opening.at - at) + " before opening" : "");
 }
 
 std::string opening_reason(const OpeningRecord& opening, const CoreView& view) {
   switch (opening.cause) {
     case OpeningCause::none: return "nothing";
     case OpeningCause::fault: return fault_sentence(opening, row_of(opening.fault), view);
-    case OpeningCause::request_over: return "nobody asks for a closed pack any more (vehicle off, no charger)";
-    case OpeningCause::shut_down: return "the daemon was told to end";
-    case OpeningCause::precharge_retry: return "the precharge was too slow; it is tried again after a cool-down";
+    case OpeningCause::request_over: return "close request ended (vehicle off, no charger)";
+    case OpeningCause::shut_down: return "the daemon was stopped";
+    case OpeningCause::precharge_retry: return "precharge timeout; next attempt after the cool-down time";
     case OpeningCause::permission: {
       const std::string where = to_text(opening.reading.element);
-      return "permission was withdrawn: " + text(to_text(opening.blocker)) + (where.empty() ? "" : ": " + where);
+      return "permission withdrawn: " + text(to_text(opening.blocker)) + (where.empty() ? "" : ": " + where);
     }
   }
   return "?";
@@ -136,8 +136,8 @@ std::string clearing_command(const FaultRow& row) {
 
 /// Condition for the end of a latched fault.
 std::string latched_text(const FaultRow& row, const FaultState& state) {
-  if (state.judged == Verdict::unknown) return "whether the cause is gone is not known";
-  if (state.judged != Verdict::good || state.is_doubtful()) return "the cause seems to be back";
+  if (state.judged == Verdict::unknown) return "state of the cause unknown";
+  if (state.judged != Verdict::good || state.is_doubtful()) return "cause recurring";
   return "cause gone, waiting for " + clearing_command(row);
 }
 
@@ -167,15 +167,14 @@ std::string staying_reason(const FaultRow& row, const FaultState& state, const C
   const std::string clear = span_text(thresholds_of(row, view.core.config().limits).clear);
   if (state.stage == FaultStage::latched) {
     const bool is_gone = state.judged == Verdict::good && !state.is_doubtful();
-    return is_gone ? "it stays until somebody with authority has looked at the pack: " + clearing_command(row)
-                   : latched_text(row, state);
+    return is_gone ? "inspect the pack, then run " + clearing_command(row) : latched_text(row, state);
   }
   if (state.good_since != TimePoint{}) {
-    return "its cause has been gone for " + span_text(view.now - state.good_since) + ", wanted " + clear;
+    return "cause gone for " + span_text(view.now - state.good_since) + ", required " + clear;
   }
   const std::string what = state.latest.is_known ? reading_text(row, state.latest, view) : "";
-  const std::string cause = "its cause is still there" + (what.empty() ? "" : " (" + what + ")");
-  return row.latch == Latch::none ? cause + "; it goes by itself " + clear + " after it" : cause;
+  const std::string cause = "cause still present" + (what.empty() ? "" : " (" + what + ")");
+  return row.latch == Latch::none ? cause + "; clears automatically " + clear + " after the cause is gone" : cause;
 }
 
 Texts incomplete_modules(const CoreView& view) {
@@ -204,27 +203,27 @@ Texts missing_sensors(const CoreView& view) {
   };
   check("current", sensors.current_mA, ages.pack_current);
   check("pack voltage", sensors.pack_voltage_mV, ages.pack_voltage);
-  check("link voltage", sensors.link_voltage_mV, ages.pack_voltage);
+  check("DC link voltage", sensors.link_voltage_mV, ages.pack_voltage);
   return texts;
 }
 
 Texts unhealthy_inputs(const CoreView& view) {
   const PduState& pdu = view.core.sensors().pdu.value;
-  const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 of the unit is pressed"},
-                                                 {pdu.estop_2_released, "emergency stop 2 of the unit is pressed"},
-                                                 {pdu.interlock_closed, "the interlock loop is open"},
-                                                 {pdu.insulation_monitor_ok, "the insulation monitor does not say OK"},
-                                                 {!pdu.opened_by_timeout, "the unit has opened by itself"},
-                                                 {!pdu.alarm_loop_open, "the modules' alarm loop is open"}};
+  const std::pair<bool, const char*> inputs[] = {{pdu.estop_1_released, "emergency stop 1 (PDU) pressed"},
+                                                 {pdu.estop_2_released, "emergency stop 2 (PDU) pressed"},
+                                                 {pdu.interlock_closed, "interlock loop open"},
+                                                 {pdu.insulation_monitor_ok, "insulation monitor not OK"},
+                                                 {!pdu.opened_by_timeout, "PDU opened by itself"},
+                                                 {!pdu.alarm_loop_open, "alarm loop of the modules open"}};
   Texts texts;
   for (const auto& [is_healthy, meaning] : inputs) {
     if (!is_healthy) texts.emplace_back(meaning);
   }
   for (const std::string& stop : line_texts("emergency stop", GpioInputKind::estop, pdu.estops_pressed, view)) {
-    texts.push_back(stop + " is pressed");
+    texts.push_back(stop + " pressed");
   }
   for (const std::string& loop : line_texts("interlock", GpioInputKind::interlock, pdu.interlocks_open, view)) {
-    texts.push_back(loop + " is open");
+    texts.push_back(loop + " open");
   }
   return texts;
 }
@@ -234,14 +233,14 @@ Texts modules_without_limits(const CoreView& view) {
   const auto& modules = view.core.modules().modules();
   for (std::size_t index = 0; index < modules.size(); ++index) {
     if (view.core.module_setup().stage(index) == SetupStage::done) continue;
-    const char* refuses = view.core.module_setup().is_refused(index) ? " (refuses them)" : "";
+    const char* refuses = view.core.module_setup().is_refused(index) ? " (refused)" : "";
     texts.push_back("module " + std::to_string(modules[index].config.node) + refuses);
   }
   return texts;
 }
 
 Texts lockout_left(const CoreView& view) {
-  return {span_text(view.core.locked_out_until() - view.now) + " more"};
+  return {span_text(view.core.locked_out_until() - view.now) + " remaining"};
 }
 
 Texts link_and_pack(const CoreView& view) {
@@ -268,17 +267,17 @@ Texts silent_sources(const CoreView& view) {
   Texts texts;
   if (config.contactors.has_pdu && !sensors.pdu_word.is_usable(view.now, age_max)) {
     const TimePoint at = sensors.pdu_word.taken_at;
-    texts.push_back("the power distribution unit was " +
-                    (at == TimePoint{} ? std::string("never heard") : "last heard " + ago_text(view, at)));
+    texts.push_back("PDU_STATUS " +
+                    (at == TimePoint{} ? std::string("never received") : "last received " + ago_text(view, at)));
   }
   if (config.lines.are_used && !sensors.lines.is_usable(view.now, age_max)) {
-    texts.emplace_back("the GPIO lines of this machine cannot be read");
+    texts.emplace_back("GPIO lines not readable");
   }
   return texts;
 }
 
 Texts insulation_state(const CoreView& view) {
-  return {"the monitor says \"" + text(to_text(view.core.sensors().pdu.value.insulation_state)) + "\""};
+  return {"insulation monitor state \"" + text(to_text(view.core.sensors().pdu.value.insulation_state)) + "\""};
 }
 
 Texts no_details(const CoreView&) {
@@ -323,25 +322,24 @@ std::string blocker_text(Blocker blocker, const CoreView& view) {
 /// Condition for a close request: an edge of one of the two inputs.
 std::string asking_text(const CoreView& view) {
   const PduState& pdu = view.core.sensors().pdu.value;
-  if (!pdu.vehicle_on && !pdu.charger_connected) return "vehicle-on or charger-connected has to come on for that";
+  if (!pdu.vehicle_on && !pdu.charger_connected) return "vehicle-on or charger-connected must switch on";
   return std::string(pdu.vehicle_on ? "vehicle-on" : "charger-connected") +
-         " is on, but closing takes that it comes on anew: turn it off and on";
+         " is on, but must switch on again: switch it off and on";
 }
 
 std::string state_sentence(const CoreView& view) {
   const SequenceState& sequence = view.core.sequence();
   const std::string since = span_text(view.now - std::max(sequence.entered_at, view.core.started_at()));
-  const std::string now = "the pack has been in phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
-  if (sequence.phase != Phase::open) return now + ": somebody asks for it and nothing speaks against it";
-  if (!view.core.permission().may_close) return now + " and may not close";
-  return now +
-         (view.core.is_close_requested() ? " and may close" : ": nobody asks for a closed pack; " + asking_text(view));
+  const std::string now = "phase \"" + text(to_text(sequence.phase)) + "\" for " + since;
+  if (sequence.phase != Phase::open) return now + ": close request active, no close inhibit";
+  if (!view.core.permission().may_close) return now + ", closing inhibited";
+  return now + (view.core.is_close_requested() ? ", close request active" : ": no close request; " + asking_text(view));
 }
 
 Json state_chain(const CoreView& view) {
   Json steps = Json::array();
   const bool is_requested = view.core.is_close_requested();
-  Json request = step("request", is_requested ? "a closed pack is asked for" : "nobody asks for a closed pack");
+  Json request = step("request", is_requested ? "close request active" : "no close request");
   request["close_requested"] = is_requested;
   steps.push_back(std::move(request));
   for (const Blocker blocker : view.core.permission().blockers) {
@@ -350,9 +348,9 @@ Json state_chain(const CoreView& view) {
   const RefusalRecord& refusal = view.core.last_refusal();
   if (refusal.has_happened) {
     steps.push_back(
-        step("refusal", "the last request to close was refused " + ago_text(view, refusal.at) + ": " +
+        step("refusal", "last close request refused " + ago_text(view, refusal.at) + ": " +
                             refusal_text(refusal.blocker, refusal.fault, refusal.reading, refusal.threshold) +
-                            "; ask again when that is over"));
+                            "; request again when this condition has ended"));
   }
   steps.push_back(step("decision", state_sentence(view)));
   return {{"phase", to_text(view.core.sequence().phase)},
@@ -378,15 +376,15 @@ Json to_do_list(const CoreView& view) {
 }
 
 std::string to_do_sentence(const Json& one) {
-  return "To do: " + one["remedy"].get<std::string>() + " (" + one["about"].get<std::string>() + ").";
+  return "Action: " + one["remedy"].get<std::string>() + " (" + one["about"].get<std::string>() + ").";
 }
 
 // --- closing ---
 
 std::string precharge_sentence(const PrechargeRecord& record, const CoreView& view) {
-  const std::string numbers = "link " + value_text(Unit::mV, record.link_mV) + " of " +
+  const std::string numbers = "DC link " + value_text(Unit::mV, record.link_mV) + " of " +
                               value_text(Unit::mV, record.pack_mV) + ", " + value_text(Unit::mA, record.current_mA);
-  return text(record.was_successful ? "Precharged in " : "Precharge broken off after ") + span_text(record.took) +
+  return text(record.was_successful ? "Precharge done after " : "Precharge aborted after ") + span_text(record.took) +
          ", " + ago_text(view, record.ended_at) + " (" + numbers + ").";
 }
 
@@ -439,7 +437,7 @@ Json why_json(const CoreView& view) {
 
   Json sentences = Json::array({state["text"]});
   for (const Blocker blocker : view.core.permission().blockers) {
-    sentences.push_back("Against closing: " + blocker_text(blocker, view) + ".");
+    sentences.push_back("Close inhibit: " + blocker_text(blocker, view) + ".");
   }
   Json to_do = to_do_list(view);
   for (const Json& one : to_do) sentences.push_back(to_do_sentence(one));
@@ -449,7 +447,7 @@ Json why_json(const CoreView& view) {
   sentences.push_back(charge["text"]);
   const BalancingBlockers against = view.core.balancing().blockers();
   if (view.core.config().balancing.is_enabled && against != 0) {
-    sentences.push_back("Against balancing: " + std::string(row_of(first_of(against)).meaning) + ".");
+    sentences.push_back("Balancing inhibit: " + std::string(row_of(first_of(against)).meaning) + ".");
   }
   return {{"text", std::move(sentences)},
           {"state", std::move(state)},

@@ -32,16 +32,16 @@ struct CauseRow {
 constexpr CauseRow cause_table[] = {
     {LimitCause::cell_voltage_low, Unit::uV, "lowest cell voltage", "limits/cell_undervoltage"},
     {LimitCause::cell_voltage_high, Unit::uV, "highest cell voltage", "limits/cell_overvoltage"},
-    {LimitCause::cell_imbalance, Unit::uV, "highest less lowest cell voltage", "limits/cell_imbalance"},
+    {LimitCause::cell_imbalance, Unit::uV, "cell voltage spread", "limits/cell_imbalance"},
     {LimitCause::cell_hot, Unit::dC, "highest cell temperature", "limits/cell_overtemperature"},
     {LimitCause::cell_cold, Unit::dC, "lowest cell temperature", "limits/cell_undertemperature"},
     {LimitCause::too_hot_to_charge, Unit::dC, "highest cell temperature", "limits/charge_overtemperature"},
     {LimitCause::too_cold_to_charge, Unit::dC, "lowest cell temperature", "limits/charge_undertemperature"},
-    {LimitCause::temperature_spread, Unit::dC, "highest less lowest cell temperature", "limits/temperature_spread"},
+    {LimitCause::temperature_spread, Unit::dC, "cell temperature spread", "limits/temperature_spread"},
     {LimitCause::board_hot, Unit::dC, "highest module board temperature", "limits/board_overtemperature"},
-    {LimitCause::drawn_too_much, Unit::mA, "current out of the pack", "limits/discharge_overcurrent"},
-    {LimitCause::charged_too_much, Unit::mA, "current into the pack", "limits/charge_overcurrent"},
-    {LimitCause::overload, Unit::permille, "share of the peak that is used up", "current"},
+    {LimitCause::drawn_too_much, Unit::mA, "discharge current", "limits/discharge_overcurrent"},
+    {LimitCause::charged_too_much, Unit::mA, "charge current", "limits/charge_overcurrent"},
+    {LimitCause::overload, Unit::permille, "peak budget used", "current"},
     {LimitCause::voltage_would_fall, Unit::uV, "cell voltage", "limits/cell_undervoltage", Way::held},
     {LimitCause::voltage_would_rise, Unit::uV, "cell voltage", "limits/cell_overvoltage", Way::held},
     {LimitCause::cold, Unit::dC, "lowest cell temperature", "over_temperature", Way::table},
@@ -95,20 +95,20 @@ Json measured_signal(const CauseRow& row, const CurrentLimit& limit) {
   return json;
 }
 
-/// "from 3.0000 V on the limit falls from 80.0 A to zero at 2.8000 V"; a peak falls to the continuous current.
+/// "derating from 80.0 A at 3.0000 V to zero at 2.8000 V"; a peak falls to the continuous current.
 std::string line_text(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = row.cause == LimitCause::overload;
-  const std::string ends = is_peak ? current_text(config.continuous_mA) + ", which stand for ever; with " +
-                                         value_text(row.unit, limit.threshold) + " it opens"
+  const std::string ends = is_peak ? "the continuous limit of " + current_text(config.continuous_mA) + ", opens at " +
+                                         value_text(row.unit, limit.threshold)
                                    : "zero at " + value_text(row.unit, limit.threshold);
-  return "from " + value_text(row.unit, limit.derates_from) + " on the limit falls from " +
-         current_text(limit.unhindered_mA) + " to " + ends;
+  return "derating from " + current_text(limit.unhindered_mA) + " at " + value_text(row.unit, limit.derates_from) +
+         " to " + ends;
 }
 
-/// "cell/derating/charge_over_temperature: leaves 25.0 % of 20.0 A".
+/// "cell/derating/charge_over_temperature: 25.0 % of 20.0 A".
 Json table_limit(const CauseRow& row, const CurrentLimit& limit, const DirectionConfig& config) {
   const std::string place = "cell/derating/" + text(config.name) + "_" + text(row.place);
-  Json json = step("limit", place + ": leaves " + value_text(Unit::permille, limit.derates_from) + " of " +
+  Json json = step("limit", place + ": " + value_text(Unit::permille, limit.derates_from) + " of " +
                                 current_text(limit.unhindered_mA));
   json["row"] = place;
   json["share_permille"] = limit.derates_from;
@@ -116,9 +116,9 @@ Json table_limit(const CauseRow& row, const CurrentLimit& limit, const Direction
   return json;
 }
 
-/// "limits/cell_overvoltage: with more current the cell would pass 4.2225 V within 10 s".
+/// "limits/cell_overvoltage: a higher current would drive the cell beyond 4.2225 V within 10 s".
 Json held_limit(const CauseRow& row, const CurrentLimit& limit, Duration within) {
-  Json json = step("limit", text(row.place) + ": with more current the cell would pass " +
+  Json json = step("limit", text(row.place) + ": a higher current would drive the cell beyond " +
                                 value_text(row.unit, limit.threshold) + " within " + span_text(within));
   json["row"] = row.place;
   json[key_with_unit("holds", row.unit)] = limit.threshold;
@@ -159,8 +159,7 @@ Json fault_steps(Concerns direction, const CoreView& view) {
 Json phase_step(const CoreView& view) {
   const std::string_view phase = to_text(view.core.sequence().phase);
   const bool may_stay = view.core.permission().may_stay_closed;
-  Json json = step("state", "the contactors are in phase \"" + text(phase) + "\"" +
-                                (may_stay ? "" : ", and the pack may not be closed"));
+  Json json = step("state", "contactors in phase \"" + text(phase) + "\"" + (may_stay ? "" : ", closing inhibited"));
   json["phase"] = phase;
   json["may_stay_closed"] = may_stay;
   return json;
@@ -170,38 +169,38 @@ Json phase_step(const CoreView& view) {
 /// of the two was configured is unknown here.
 std::string peak_origin(const DirectionConfig& config) {
   if (config.peak_mA != config.overcurrent_warn_mA) return {};
-  return " (where it is left out: limits/" + text(config.name) + "_overcurrent/warn_mA)";
+  return " (default: limits/" + text(config.name) + "_overcurrent/warn_mA)";
 }
 
 /// Nothing reduces the configured limit.
 Json configured_step(const CurrentLimit& limit, const DirectionConfig& config) {
   const bool is_peak = limit.cause == LimitCause::peak;
-  Json json = step(
-      "limit",
-      is_peak ? "current/" + text(config.name) + "_peak_mA: " + current_text(config.peak_mA) + peak_origin(config) +
-                    " for " + span_text(config.peak_for) + ", then " + current_text(config.continuous_mA)
-              : "current/" + text(config.name) + "_continuous_mA: " + current_text(config.continuous_mA) + " for ever");
+  Json json = step("limit", is_peak ? "current/" + text(config.name) + "_peak_mA: " + current_text(config.peak_mA) +
+                                          peak_origin(config) + " for " + span_text(config.peak_for) + ", then " +
+                                          current_text(config.continuous_mA)
+                                    : "current/" + text(config.name) +
+                                          "_continuous_mA: " + current_text(config.continuous_mA) + " continuous");
   json["row"] = "current/" + text(config.name) + (is_peak ? "_peak_mA" : "_continuous_mA");
   json["continuous_mA"] = config.continuous_mA;
   if (is_peak) json["peak_for_ms"] = to_ms(config.peak_for);
   return json;
 }
 
-/// "component_limits: main fuse bears 100 A": its rating is the limit.
+/// "component_limits: rating of main fuse: 100 A".
 Json part_step(const CurrentLimit& limit, const CoreConfig& config) {
   const std::string name = part_text(limit, config);
-  Json json = step("limit", "component_limits: " + name + " bears " + current_text(limit.limit_mA));
+  Json json = step("limit", "component_limits: rating of " + name + ": " + current_text(limit.limit_mA));
   json["row"] = "component_limits/" + std::to_string(limit.part);
   json["part"] = name;
   return json;
 }
 
-/// "soc/resistance_pause_permille: at 50.0 % the charger is paused for 5.0 s, to see what the step shows".
+/// "soc/resistance_pause_permille: charging paused at 50.0 % for 5.0 s to measure the resistance".
 Json pause_step(const SocConfig& soc) {
   const std::string place = "soc/resistance_pause_permille";
-  Json json = step("limit", place + ": at " + value_text(Unit::permille, soc.resistance_pause_permille) +
-                                " the charger is paused for " + span_text(soc.resistance_pause) +
-                                ", to see what the step shows");
+  Json json =
+      step("limit", place + ": charging paused at " + value_text(Unit::permille, soc.resistance_pause_permille) +
+                        " for " + span_text(soc.resistance_pause) + " to measure the resistance");
   json["row"] = place;
   json["pause_ms"] = to_ms(soc.resistance_pause);
   return json;
@@ -213,7 +212,7 @@ Json power_step(const CurrentLimit& limit) {
   const bool is_known = limit.cause == LimitCause::power;
   Json json = step("limit", is_known ? place + ": " + std::to_string(limit.threshold) + " W are " +
                                            current_text(limit.limit_mA) + " at " + value_text(Unit::mV, limit.value)
-                                     : place + ": nothing may flow while the pack voltage is not measured");
+                                     : place + ": no current permitted while the pack voltage is unknown");
   json["row"] = place;
   json["power_max_W"] = limit.threshold;
   if (is_known) json["pack_voltage_mV"] = limit.value;
@@ -225,7 +224,7 @@ Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig&
   const DirectionConfig names = config_of(direction, config);
   if (limit.cause == LimitCause::component) return part_step(limit, config);
   if (limit.cause == LimitCause::rising) {
-    Json json = step("limit", "limit_ramp: on its way to " + current_text(limit.unhindered_mA));
+    Json json = step("limit", "limit_ramp: ramping to " + current_text(limit.unhindered_mA));
     json["row"] = "limit_ramp";
     json["target_mA"] = limit.unhindered_mA;
     return json;
@@ -237,8 +236,8 @@ Json plain_step(Concerns direction, const CurrentLimit& limit, const CoreConfig&
   const std::string place = is_user  ? "user_limits"
                             : is_soc ? "cell/derating/" + text(names.name) + "_over_soc"
                                      : "current/limp_home_discharge_mA";
-  Json json =
-      step("limit", place + ": " + current_text(limit.limit_mA) + (is_soc ? ", the least it leaves anywhere" : ""));
+  Json json = step(
+      "limit", place + ": " + current_text(limit.limit_mA) + (is_soc ? ", minimum of the table (SOC unknown)" : ""));
   json["row"] = place;
   return json;
 }

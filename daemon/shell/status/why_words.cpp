@@ -58,12 +58,12 @@ std::string line_text(std::string_view what, GpioInputKind kind, std::size_t ind
   const std::vector<std::string_view> names =
       view.lines != nullptr ? view.lines->lines().names_of(kind) : std::vector<std::string_view>{};
   const std::string name = index < names.size() ? "\"" + text(names[index]) + "\"" : std::to_string(index + 1);
-  return text(what) + " " + name + " of this machine";
+  return text(what) + " " + name + " (GPIO)";
 }
 
 std::string input_text(const InputRow& row, unsigned number, const CoreView& view) {
   if (number > row.of_unit) return line_text(row.what, row.kind, number - row.of_unit - 1, view);
-  return text(row.what) + (row.of_unit > 1 ? " " + std::to_string(number) : "") + " of the unit";
+  return text(row.what) + (row.of_unit > 1 ? " " + std::to_string(number) : "") + " (PDU)";
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ std::string reading_text(const FaultRow& row, const Reading& reading, const Core
   if (row.id == FaultId::charger_runaway) return excess_text(view.core.charger_watch().excess());
   std::string place = place_text(row, reading.element, view);
   if (!row.has_limit()) return place;
-  if (!reading.is_known) return "value not known";
+  if (!reading.is_known) return "value unknown";
   const std::string value = value_text(row.unit, reading.value);
   return place.empty() ? value : place + ": " + value;
 }
@@ -146,10 +146,10 @@ std::string excess_text(const ChargerExcess& excess) {
 std::string confirmed_text(const FaultRow& row, const FaultState& state, const CoreView& view) {
   std::string what = reading_text(row, state.confirmed, view);
   const bool is_over = row.has_limit() && state.stage == FaultStage::latched && !state.is_restored;
-  if (is_over && state.confirmed.is_known) what = "last seen " + what;
+  if (is_over && state.confirmed.is_known) what = "last " + what;
   if (is_over && state.latest.is_known) what += ", now " + value_text(row.unit, state.latest.value);
   if (!state.is_restored) return what;
-  return (what.empty() ? "" : what + ", ") + "from before the daemon started";
+  return (what.empty() ? "" : what + ", ") + "from an earlier session";
 }
 
 std::string likely_text(const FaultRow& row, const CoreView& view) {

@@ -138,7 +138,7 @@ void Journal::tell_lost() {
   const std::uint64_t lost = lines_lost();
   if (lost == parts_->lost_told || parts_->pool->queue_size() > parts_->queue_lines / 2) return;
   const std::uint64_t news = lost - std::exchange(parts_->lost_told, lost);
-  log(Severity::warning, std::to_string(news) + " log lines were lost: the log was not taken fast enough");
+  log(Severity::warning, std::to_string(news) + " log lines lost: log sink too slow");
 }
 
 bool Journal::flush(Duration at_most) {

@@ -41,8 +41,8 @@ Result<void, OsError> SoleUse::lock(OwnedFd fd, const std::string& path, const s
   if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
     // Any other error is that of a file system without locks.
     if (errno != EWOULDBLOCK) return {};
-    return failure(OsError{0, path + " is in use by another bmud, wanted one that is only ours: " + option +
-                                  " names another, and systemd gives each bmud@PACK its own"});
+    return failure(OsError{0, path + " is in use by another bmud; choose another path with " + option +
+                                  " (systemd gives each bmud@PACK its own)"});
   }
   held_.push_back(std::move(fd));
   return {};
@@ -57,9 +57,8 @@ Result<void, OsError> SoleUse::add_file(const std::string& path, const std::stri
   const int reason = errno;
   struct stat there {};
   if (!fd.is_open() && ::lstat(beside.c_str(), &there) == 0) {
-    return failure(OsError{reason, beside + " is there and cannot be opened, wanted a lock that says who else has " +
-                                       path + ": take it away once no other bmud runs, or name another file with " +
-                                       option});
+    return failure(OsError{reason, beside + " exists and cannot be opened, expected the lock file of " + path +
+                                       "; remove it once no other bmud runs, or choose another path with " + option});
   }
   return lock(std::move(fd), path, option);
 }

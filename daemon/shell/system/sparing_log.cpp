@@ -20,7 +20,7 @@ void SparingLog::tell_left_out(TimePoint now) {
   if (lines_ == 0 || now - began_at_ < period) return;
   lines_ = 0;
   const std::uint64_t count = std::exchange(left_out_, 0);
-  if (count > 0) log_(std::to_string(count) + " more such lines were left out within a minute");
+  if (count > 0) log_(std::to_string(count) + " similar lines suppressed within one minute");
 }
 
 }  // namespace bmu

@@ -110,7 +110,7 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   const nlohmann::json cleared = nlohmann::json::parse(bench.ask({"--json", "clear", "--authorised"}).out);
   CHECK(cleared.at("authority") == "service");
   CHECK(cleared.at("cleared").dump().find("cell_deep_discharge") != std::string::npos);
-  CHECK(bench.has_logged("with authority: cell_deep_discharge cleared"));
+  CHECK(bench.has_logged("(authorised): cleared cell_deep_discharge"));
   REQUIRE(bench.has_written("\"authority\":\"service\""));
   bench.kill();
 
@@ -124,7 +124,7 @@ TEST_CASE("killed and started again, counts and a lock are still there, and it i
   CHECK(after.at("cleared").at("unix_time_ms") >= before.at("last_unix_time_ms"));
   const std::string page = bench.ask({"faults"}).out;
   INFO(page);
-  CHECK(page.find("with authority") != std::string::npos);
+  CHECK(page.find(", authorised") != std::string::npos);
   CHECK(page.find("once, 20") != std::string::npos);
 }
 
@@ -139,19 +139,19 @@ TEST_CASE("a module is given another node and its own again, who belongs where o
   CHECK(module_2().at("place") == "expected");
   CHECK(module_2().at("answer_times").at("worst_us") > 0);
 
-  CHECK(bench.ask({"modules", "assign", "1002", "1"}).err.find("another module is there") != std::string::npos);
+  CHECK(bench.ask({"modules", "assign", "1002", "1"}).err.find("node in use by another module") != std::string::npos);
   CHECK(bench.ask({"modules", "assign", "4711", "40"}).err.find("no module with this serial number") !=
         std::string::npos);
   CHECK(bench.ask({"modules", "assign", "1002", "64"}).status == 2);
   const auto already = bench.ask({"modules", "assign", "1002", "2"});
   CHECK(already.status == 0);
-  CHECK(already.out == "Serial number 1002 has node 2 already.\n");
+  CHECK(already.out == "Serial number 1002 already has node 2.\n");
   const auto moved = bench.ask({"modules", "assign", "1002", "40"});
-  CHECK(moved.out == "Serial number 1002 has taken node 40 and said so, it was node 2.\n");
+  CHECK(moved.out == "Serial number 1002: node 40 assigned and confirmed, previously node 2.\n");
   CHECK(moved.status == 0);
   REQUIRE(bench.has_stage("module_lost", "active"));
   REQUIRE(bench.has_stage("unknown_module", "active"));
-  CHECK(bench.ask({"modules"}).out.find("extra module at node 40: serial number 1002") != std::string::npos);
+  CHECK(bench.ask({"modules"}).out.find("Unknown module at node 40: serial number 1002") != std::string::npos);
   bench.kill();
 
   bench.start();
@@ -159,11 +159,11 @@ TEST_CASE("a module is given another node and its own again, who belongs where o
   REQUIRE(bench.becomes(
       [&] { return bench.ask({"modules"}).out.find("node 40: serial number 1002") != std::string::npos; }));
   REQUIRE(bench.becomes([&] { return bench.ask({"modules", "assign", "1002", "2"}).status == 0; }));
-  CHECK(bench.has_logged("serial number 1002 has taken node 2"));
+  CHECK(bench.has_logged("serial number 1002: node 2 assigned"));
   REQUIRE(bench.becomes([&] { return module_2().at("limits") == "set"; }));
   CHECK(module_2().at("place") == "expected");
   CHECK(bench.has_written(R"("2":{"serial_number":1002})"));
-  CHECK(bench.ask({"modules", "accept"}).out == "Nothing to accept: the 4 modules found belong where they are.\n");
+  CHECK(bench.ask({"modules", "accept"}).out == "Nothing to accept: all 4 modules are registered.\n");
 }
 
 TEST_CASE("only root and the daemon's own user give node numbers and accept modules",
@@ -212,11 +212,11 @@ TEST_CASE("what latched until it is cleared holds over a crash, refuses to close
   }
   bench.turn_key_on();
   REQUIRE(bench.becomes(
-      [&] { return bench.ask_json("why").dump().find("the last request to close") != std::string::npos; }));
+      [&] { return bench.ask_json("why").dump().find("last close request refused") != std::string::npos; }));
   const std::string why = bench.ask({"why"}).out;
   INFO(why);
   CHECK(why.find("cell 2.7 (no. 19): 4.30") != std::string::npos);
-  CHECK(why.find("emergency stop 1 of the unit, from before the daemon started") != std::string::npos);
+  CHECK(why.find("emergency stop 1 (PDU), confirmed in an earlier session") != std::string::npos);
   CHECK(why.find("0.0000 V") == std::string::npos);
   CHECK(is_open(bench.listener.last()));
   const nlohmann::json cleared = bench.ask_json("clear");
@@ -346,7 +346,7 @@ TEST_CASE("what is missing in each cell outlives a killed daemon, of another pac
   bench.pack = charge_pack(bench, 600'000);
   bench.start();
   REQUIRE(bench.becomes([&] { return book().at("former_charges") == "in use"; }));
-  CHECK(bench.has_logged("what the cells missed before the start: in use"));
+  CHECK(bench.has_logged("restored cell charges: in use"));
   CHECK(book().at("cells_with_known_charge") == 48);
   CHECK(above_uAs(book()) == Approx(learned_uAs).epsilon(0.1));
   bench.kill();
@@ -358,7 +358,7 @@ TEST_CASE("what is missing in each cell outlives a killed daemon, of another pac
   other.cell_charges.capacity_uAs *= 2;
   std::ofstream(bench.state) << state_text(other);
   bench.start();
-  CHECK(bench.has_logged("what the cells missed before the start: of another pack or other modules, not used"));
+  CHECK(bench.has_logged("restored cell charges: from another pack or other modules, discarded"));
   const nlohmann::json status = bench.ask_json("status");
   CHECK(status.at("store").at("found_at_start") == "newest");
   CHECK(book().at("cells_with_known_charge") == 0);
@@ -372,7 +372,7 @@ TEST_CASE("a state that cannot be read keeps the pack open until somebody with a
   std::ofstream(bench.state) << "{\"format\":1,";
   bench.start_emulator("");
   bench.start();
-  CHECK(bench.has_logged("the state cannot be read"));
+  CHECK(bench.has_logged("state file: unreadable"));
   REQUIRE(bench.becomes([&] {
     return bench.ask_json("status").at("faults_present").dump().find("store_unreadable") != std::string::npos;
   }));
@@ -399,15 +399,15 @@ TEST_CASE("the service manager's folder is where the state goes, and without any
   bench.kill();
   bench.start({"STATE_DIRECTORY="});
   CHECK(bench.ask_json("status").at("store").is_null());
-  CHECK(bench.has_logged("no state file (--state)"));
+  CHECK(bench.has_logged("state file: none (--state)"));
   const std::string log = read_file(bench.log);
-  CHECK(log.find("no state file (--state)") == log.rfind("no state file (--state)"));
+  CHECK(log.find("state file: none (--state)") == log.rfind("state file: none (--state)"));
   bench.kill();
   std::vector<std::string> command = bench.daemon_command();
   command.insert(command.end(), {"--state", bench.folder / "slip/state.json"});
   const Finished refused = run_program(command);
   CHECK(refused.status == 71);
-  CHECK(refused.err.find("wanted the existing directory " + (bench.folder / "slip")) != std::string::npos);
+  CHECK(refused.err.find("directory " + (bench.folder / "slip") + " does not exist") != std::string::npos);
 }
 
 TEST_CASE("without a group for it control is root's and the daemon's own user's, nobody else's",
@@ -428,7 +428,7 @@ TEST_CASE("without a group for it control is root's and the daemon's own user's,
   CHECK(refused.at("error").at("code") == "not_allowed");
   const auto message = refused.at("error").at("message").get<std::string>();
   CHECK(message.find("65534") != std::string::npos);
-  CHECK(message.find("root may") != std::string::npos);
+  CHECK(message.find("permitted: root") != std::string::npos);
   CHECK(bench.fault("cell_deep_discharge").at("is_locked") == true);
   for (const char* question : {R"({"cmd":"clear"})", R"({"cmd":"wake"})", R"({"cmd":"balance","switch":"off"})"}) {
     INFO(question);
@@ -463,27 +463,27 @@ TEST_CASE("a request that is none, or asks for what cannot be, is told what was 
   const auto message = [&](const std::string& question) {
     return ask_as(std::nullopt, bench.socket, question).at("error").at("message").get<std::string>();
   };
-  CHECK(message("hello") == R"(found "hello", which is no JSON; wanted a line like {"cmd":"status"})");
-  CHECK(message("\xff\x01") == R"(found "\ufffd\u0001", which is no JSON; wanted a line like {"cmd":"status"})");
-  CHECK(message(std::string(3000, 'x')).starts_with("found \"" + std::string(39, 'x') + "..., which is no JSON"));
-  CHECK(message("7").starts_with("found 7, wanted an object with a text \"cmd\", one of status, cells"));
-  CHECK(message(R"({"cmd":7})").starts_with(R"(found {"cmd":7}, wanted an object with a text "cmd")"));
-  CHECK(message(R"({"cmd":"clear","authorised":"yes"})") == R"("authorised": found "yes", wanted true or false)");
-  CHECK(message(R"({"cmd":"balance","switch":"maybe"})") == R"("switch": found "maybe", wanted "on" or "off")");
+  CHECK(message("hello") == R"(found "hello", which is not JSON; expected a line like {"cmd":"status"})");
+  CHECK(message("\xff\x01") == R"(found "\ufffd\u0001", which is not JSON; expected a line like {"cmd":"status"})");
+  CHECK(message(std::string(3000, 'x')).starts_with("found \"" + std::string(39, 'x') + "..., which is not JSON"));
+  CHECK(message("7").starts_with("found 7, expected an object with a string \"cmd\", one of status, cells"));
+  CHECK(message(R"({"cmd":7})").starts_with(R"(found {"cmd":7}, expected an object with a string "cmd")"));
+  CHECK(message(R"({"cmd":"clear","authorised":"yes"})") == R"("authorised": found "yes", expected true or false)");
+  CHECK(message(R"({"cmd":"balance","switch":"maybe"})") == R"("switch": found "maybe", expected "on" or "off")");
   const std::string long_name(3000, 'x');
   CHECK(message(R"({"cmd":")" + long_name + "\"}").size() < 300);
   CHECK(message(R"({"cmd":"status",")" + long_name + R"(":1,"a":1})").size() < 300);
   CHECK(message(R"({"cmd":"watch","period_ms":10})") ==
-        R"("period_ms": found 10, wanted a whole number from 50 to 60000)");
+        R"("period_ms": found 10, expected an integer from 50 to 60000)");
   CHECK(message(R"({"cmd":"accept_modules","node":64})") ==
-        R"("node": found 64, wanted a whole number from 1 to 63; without it all are meant)");
-  CHECK(message(R"({"cmd":"accept_modules","node":63})") == R"("node": found 63, wanted a node of the pack)");
+        R"("node": found 64, expected an integer from 1 to 63, or no "node" for all modules)");
+  CHECK(message(R"({"cmd":"accept_modules","node":63})") == R"("node": found 63, expected a node of the pack file)");
   CHECK(message(R"({"cmd":"assign_module","node":1})") ==
-        R"("serial_number": found nothing, wanted a whole number from 0 to 4294967295)");
+        R"("serial_number": found nothing, expected an integer from 0 to 4294967295)");
   CHECK(message(R"({"cmd":"assign_module","serial_number":1,"node":"one"})") ==
-        R"("node": found "one", wanted a whole number from 1 to 63)");
+        R"("node": found "one", expected an integer from 1 to 63)");
   CHECK(message(R"({"cmd":"assign_module","serial_number":1,"node":1,"unheard":1})") ==
-        R"("unheard": found 1, wanted true or false)");
+        R"("unheard": found 1, expected true or false)");
 }
 
 }  // namespace bmu

@@ -100,7 +100,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
   CHECK(nobody.err.find("--cells: found '9.9', which no pack in ") != std::string::npos);
   CHECK(row.at("soc_permille") == Approx(800).margin(20));
   CHECK(row.at("span_ms") >= 500);
-  CHECK(bench.ask({"history"}).out.find("Life 1 of the daemon: demo 48s, 48 cells") != std::string::npos);
+  CHECK(bench.ask({"history"}).out.find("Session 1: demo 48s, 48 cells") != std::string::npos);
   CHECK(bench.ask({"status"}).out.find(bench.path) != std::string::npos);
   for (const std::string page : {"status", "--json status", "faults", "watch --seconds 10"}) {
     INFO(page);
@@ -110,7 +110,7 @@ TEST_CASE("the daemon keeps a history beside its state, and bmuctl shows it whil
     CHECK(full.err == "bmuctl: cannot write: No space left on device\n");
   }
   const std::string events = bench.ask({"history", "--events"}).out;
-  CHECK(events.find("module 1 is serial number 1001") != std::string::npos);
+  CHECK(events.find("module 1: serial number 1001") != std::string::npos);
 
   REQUIRE(bench.ends_whole([&] { bench.start(); }));
   CHECK_FALSE(std::filesystem::exists(bench.path + "-wal"));
@@ -148,7 +148,7 @@ TEST_CASE("who asks for the history while the daemon creates it is told that not
     bench.daemon = std::make_unique<Process>(bench.history_command(), ProcessOptions{.err_file = bench.log});
     Finished answer = ask();
     // From before the file exists until it contains a minute, as fast as answers come.
-    while (answer.out.find("Life 1 of the daemon") == std::string::npos) {
+    while (answer.out.find("Session 1: ") == std::string::npos) {
       INFO(answer.err);
       INFO(answer.out);
       if (answer.status == 0) {
@@ -178,7 +178,7 @@ TEST_CASE("in the first minute of a daemon its history has events, and no minute
     return bench.ask(words);
   };
   REQUIRE(
-      bench.becomes([&] { return history({"--events"}).out.find("module 1 is serial number") != std::string::npos; }));
+      bench.becomes([&] { return history({"--events"}).out.find("module 1: serial number") != std::string::npos; }));
   const std::string sentence = " recorded yet in " + bench.path + "; the first minute comes after 300 to 900 s";
   for (const std::vector<std::string>& words : {std::vector<std::string>{}, {"--from", "begin"}}) {
     const Finished table = history(words);
@@ -226,14 +226,14 @@ TEST_CASE("a history that somebody else has locked is warned of, written again, 
   const auto locked_at = std::chrono::steady_clock::now();
   REQUIRE(sqlite3_exec(other, "PRAGMA busy_timeout = 60000; BEGIN IMMEDIATE", nullptr, nullptr, nullptr) == SQLITE_OK);
   REQUIRE(bench.becomes([&] { return bench.told().at("state") == "failing"; }));
-  CHECK(bench.has_logged("the history is not written: " + bench.path));
+  CHECK(bench.has_logged("history: write failed: " + bench.path));
   CHECK(bench.becomes([&] {
     return bench.ask_json("status").at("faults_present").dump().find("history_write_failed") != std::string::npos;
   }));
   CHECK(bench.told().at("last_error").get<std::string>().find("locked") != std::string::npos);
   REQUIRE(sqlite3_exec(other, "ROLLBACK", nullptr, nullptr, nullptr) == SQLITE_OK);
   sqlite3_close(other);
-  CHECK(bench.has_logged("history.sqlite: written again"));
+  CHECK(bench.has_logged("history.sqlite: writing resumed"));
   CHECK(bench.becomes([&] { return bench.told().at("rows_waiting") == 0; }));
   // A row comes each second, and sixteen may be queued.
   const bool had_room = std::chrono::steady_clock::now() - locked_at < std::chrono::seconds(15);
@@ -250,11 +250,12 @@ TEST_CASE("a damaged history is put aside at the start and a new one begun", "[i
   REQUIRE(bench.has_rows(1));
   const std::string aside = bench.told().at("put_aside");
   CHECK(read_file(aside) == spoiled);
-  CHECK(bench.has_logged("the history was damaged; it is " + aside));
+  CHECK(bench.has_logged("history: database damaged, moved to " + aside));
   CHECK_FALSE(bench.rows().empty());
 }
 
-TEST_CASE("without a state file, or with --history none, there is no history", "[integration][daemon][history][bus]") {
+TEST_CASE("without a state file, or with --history none, there not a history database",
+          "[integration][daemon][history][bus]") {
   HistoryBench bench;
   SECTION("none by the option") {
     bench.start({"--state", bench.state, "--history", "none"});
@@ -276,7 +277,7 @@ TEST_CASE("a history may lie elsewhere, but never under a name that says somethi
   CHECK(std::filesystem::exists(other));
   const Finished refused = run_program({program("bmud"), "--config", bench.pack, "--history", "/etc/passwd"});
   CHECK(refused.status == 2);
-  CHECK(refused.err.find("--history: found '/etc/passwd', wanted a name that ends in .sqlite") != std::string::npos);
+  CHECK(refused.err.find("--history: found '/etc/passwd', expected a name that ends in .sqlite") != std::string::npos);
   CHECK(refused.err.find("--history: --history") == std::string::npos);
 }
 
@@ -289,10 +290,10 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   };
   const Finished bad_time = run({"--from", "tomorrow"});
   CHECK(bad_time.status == 2);
-  CHECK(bad_time.err.find("found 'tomorrow', wanted 2026-03-01 17:05") != std::string::npos);
+  CHECK(bad_time.err.find("found 'tomorrow', expected 2026-03-01 17:05") != std::string::npos);
   const Finished bad_cells = run({"--cells", "1.x"});
   CHECK(bad_cells.status == 2);
-  CHECK(bad_cells.err.find("found '1.x', wanted all, or numbers") != std::string::npos);
+  CHECK(bad_cells.err.find("found '1.x', expected all, or numbers") != std::string::npos);
   const Finished backwards = run({"--from", "now", "--to", "-1h"});
   CHECK(backwards.status == 2);
   CHECK(backwards.err.find("--from is later than --to") != std::string::npos);
@@ -306,7 +307,7 @@ TEST_CASE("bmuctl history says what is wrong with its words, and what is not the
   CHECK(run({"--csv", "--file", folder / "empty.sqlite"}).out.starts_with("time,sequence,"));
   const Finished none = run({"--file", folder.file("text.sqlite", std::string(5'000, 'x'))});
   CHECK(none.status == 1);
-  CHECK(none.err.find("is no history") != std::string::npos);
+  CHECK(none.err.find("not a history database") != std::string::npos);
   CHECK(run({"--help"}).out.find("bmuctl history --from today") != std::string::npos);
 }
 
@@ -337,7 +338,7 @@ TEST_CASE(
   CHECK(shown.status == 0);
   CHECK(std::count(shown.out.begin(), shown.out.end(), '\n') == 1 + 8);
   CHECK(shown.out.find("\n2026-03-01T12:03:00Z,3,") != std::string::npos);
-  CHECK(shown.err.find("10 minutes may belong here and are not shown") != std::string::npos);
+  CHECK(shown.err.find("10 minutes may belong to this time range and are not shown") != std::string::npos);
   const Finished all = run({"--csv", "--from", "begin"});
   CHECK(std::count(all.out.begin(), all.out.end(), '\n') == 1 + 20);
   CHECK(all.out.find("1970-01-01T00:01:20Z,1,") != std::string::npos);

@@ -61,14 +61,14 @@ TEST_CASE("an inverter draws from the real daemon's pack as it is told, and open
   CHECK(closed["ports"].size() == 3);
   CHECK(closed["ports"][2]["port"] == "inverter");
   CHECK(page.find("pylontech") != std::string::npos);
-  CHECK(page.find("heard") != std::string::npos);
+  CHECK(page.find("received") != std::string::npos);
   CHECK(status_page.find("Inverter") != std::string::npos);
   CHECK(open["inverter"]["is_talking"] == false);
   CHECK(open["inverter"]["told"]["discharge_limit_mA"] == 0);
   CHECK(open["last_opening"]["fault"] == "inverter_lost");
   const std::string reason = open["last_opening"]["reason"];
   INFO(reason);
-  CHECK(reason.find("last heard ") != std::string::npos);
+  CHECK(reason.find("last received ") != std::string::npos);
   CHECK(reason.find("limit 5.0 s") != std::string::npos);
 }
 

@@ -137,16 +137,16 @@ TEST_CASE("a reload takes up the file whole, says what has changed, and keeps wh
   CHECK(fault.at("stage") == "latched");
   CHECK(fault.at("is_restored") == true);
   CHECK(fault.at("count") == 1);
-  CHECK(bench.has_logged("changed: " + bench.pack + ": /poll/period_ms: 100, now 80"));
+  CHECK(bench.has_logged("changed: " + bench.pack + ": /poll/period_ms: 100 -> 80"));
   CHECK(bench.has_logged("reload by root (user 0, process "));
 
   const Finished again = bench.ask({"reload"});
   CHECK(again.status == 0);
-  CHECK(again.out.find("Nothing to change") != std::string::npos);
+  CHECK(again.out.find(" unchanged.") != std::string::npos);
   bench.put(bench.text);
   const Finished back = bench.ask({"reload"});
   CHECK(back.status == 0);
-  CHECK(back.out.find("/poll/period_ms: 80, now 100\n") != std::string::npos);
+  CHECK(back.out.find("/poll/period_ms: 80 -> 100\n") != std::string::npos);
   CHECK(bench.hash() == before);
   CHECK(bench.end() == 0);
 }
@@ -206,17 +206,17 @@ TEST_CASE("while the pack is closed a reload is refused with the reason, and not
     const auto has_logged = [&](const std::string& part) {
       return made.becomes_unless_open([&] { return read_file(made.log).find(part) != std::string::npos; });
     };
-    return has_logged("with SIGHUP refused: the pack is not open") &&
+    return has_logged("with SIGHUP refused: contactors not open") &&
            has_logged("refused: \"reload\" by root (user 0, process ") && made.hash() == before &&
            made.reloads() == 0 && is_closed(made.listener.last()) && (is_as_wanted = true);
   });
   CHECK(is_as_wanted);
   CHECK(refused.status == 1);
-  CHECK(refused.err == "bmuctl: the daemon refuses: the pack is not open\n");
+  CHECK(refused.err == "bmuctl: refused: contactors not open\n");
   CHECK(bench->end() == 0);
 }
 
-TEST_CASE("a file that is not good is refused with all its problems, and the life goes on",
+TEST_CASE("a file that is invalid is refused with all its problems, and the life goes on",
           "[integration][daemon][reload][bus][F80]") {
   ReloadBench bench;
   bench.start_emulator("");
@@ -262,7 +262,7 @@ TEST_CASE("a pack whose bus cannot be opened is refused before anything that run
   INFO(refused.dump());
   const auto message = refused.at("error").at("message").get<std::string>();
   CHECK(message.find(name) != std::string::npos);
-  CHECK(message.find("nothing has changed") != std::string::npos);
+  CHECK(message.find("running configuration unchanged") != std::string::npos);
   CHECK(bench.hash() == before);
   CHECK(bench.reloads() == 0);
   CHECK(bench.end() == 0);
@@ -285,7 +285,7 @@ TEST_CASE("where a medium for recordings has gone the life that records goes on,
     INFO(refused.dump());
     const auto message = refused.at("error").at("message").get<std::string>();
     CHECK(message.find(medium) != std::string::npos);
-    CHECK(message.find("nothing has changed") != std::string::npos);
+    CHECK(message.find("running configuration unchanged") != std::string::npos);
     CHECK(bench.hash() == before);
     std::filesystem::remove(medium);
     CHECK(bench.reload().at("ok") == true);
@@ -322,7 +322,7 @@ TEST_CASE("a life that cannot begin gives way to one with the configuration of b
   REQUIRE(::prlimit(bench.daemon->pid(), RLIMIT_NOFILE, &all, nullptr) == 0);
   REQUIRE(answer);
   INFO(*answer << read_file(bench.log));
-  CHECK(answer->find("the configuration of before is in force again") != std::string::npos);
+  CHECK(answer->find("previous configuration restored") != std::string::npos);
   CHECK(bench.hash() == before);
   CHECK(bench.reloads() == 0);
   CHECK(bench.becomes([&] { return bench.ask_json("status").at("modules_answering") == 4; }));
@@ -343,7 +343,7 @@ TEST_CASE("SIGHUP that somebody sends is a reload", "[integration][daemon][reloa
   CHECK(bench.has_logged("with SIGHUP: configuration "));
   bench.put("{");
   bench.daemon->signal(SIGHUP);
-  CHECK(bench.has_logged("with SIGHUP refused: " + bench.pack + " is not good"));
+  CHECK(bench.has_logged("with SIGHUP refused: " + bench.pack + " is invalid"));
   CHECK(bench.end() == 0);
 }
 

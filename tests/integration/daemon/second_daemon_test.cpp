@@ -85,7 +85,7 @@ TEST_CASE("a daemon that starts beside one whose pack is closed sends nothing an
     INFO(read_file(log));
     CHECK(status == 71);
     CHECK(read_file(log).find("second master: ") != std::string::npos);
-    CHECK(read_file(log).find("this daemon sends nothing and ends") != std::string::npos);
+    CHECK(read_file(log).find("this daemon sends nothing and exits") != std::string::npos);
     // The first daemon received no frame that only a master sends.
     REQUIRE(answer.is_object());
     CHECK(answer.at("receive").at("rejected_by_reason").value("foreign master", 0) == 0);

@@ -174,7 +174,7 @@ TEST_CASE("commands over a terminal are answered, each with CR LF, and nothing i
   CHECK(terminal.ask("CellC:08") == "Refused: no\r\n");
   CHECK(terminal.ask("nonsense") == "Unknown command \"nonsense\" (Help lists the commands)\r\n");
   terminal.type("Help\r");
-  CHECK(terminal.read_to("Help      this\r\n").starts_with("CellC:xx"));
+  CHECK(terminal.read_to("Help      list of commands\r\n").starts_with("CellC:xx"));
   for (const char byte : std::string("\n\nLogReq\n")) terminal.type(std::string(1, byte));
   CHECK(terminal.read_to("\r\n") == "Log is empty\r\n");
   CHECK(desk.hears("serial console " + terminal.name() + ": \"CellC:08\": Refused: no"));
@@ -214,7 +214,7 @@ TEST_CASE("the service mode sends values until it is switched off, and ends with
   auto first = std::make_unique<PseudoTerminal>();
   std::filesystem::create_symlink(first->name(), device);
   desk.start(device);
-  CHECK(first->ask("Service:on") == "Service on: measured values once a second\r\n");
+  CHECK(first->ask("Service:on") == "Service on: measured values once per second\r\n");
   CHECK(first->read_to("\r\n") == "value 1\r\n");
   CHECK(first->read_to("\r\n") == "value 2\r\n");
   CHECK(desk.is_service_on);
@@ -263,7 +263,7 @@ TEST_CASE("garbage without end is answered once it ends, and costs nothing", "[i
   terminal.type("\n");
   CHECK(terminal.read_to("\r\n").starts_with("Too long: "));
   terminal.type(std::string(1'000, '\0') + "\n");
-  CHECK(terminal.read_to("\r\n").starts_with("Not readable: "));
+  CHECK(terminal.read_to("\r\n").starts_with("Unreadable characters: "));
   CHECK(terminal.ask("LogReq") == "Log is empty\r\n");
 }
 
@@ -301,13 +301,13 @@ TEST_CASE("a device that is not there is told once and found when it comes, one 
   const std::string device = folder / "ttyUSB0";
   Desk desk;
   desk.start(device);
-  CHECK(desk.hears("open " + device + ": No such file or directory; looked for again"));
+  CHECK(desk.hears("open " + device + ": No such file or directory; retrying"));
   auto first = std::make_unique<PseudoTerminal>();
   std::filesystem::create_symlink(first->name(), device);
   CHECK(first->ask("LogReq") == "Log is empty\r\n");
   first->type("CellC:1");
   first->hang_up();
-  CHECK(desk.hears(device + " is gone"));
+  CHECK(desk.hears(device + " disconnected"));
 
   PseudoTerminal second;
   std::filesystem::remove(device);
@@ -450,14 +450,14 @@ TEST_CASE("CellC:16 is in force from the next start on, and CellC:06 takes it ba
   }
   {
     CellCountSetting setting(file, state);
-    CHECK(setting.told() == "16 cells, set over the serial console; the pack file has 6");
+    CHECK(setting.told() == "cell count override: 16 cells (serial console), pack file 6");
     CHECK(setting.pack().core.modules.size() == 2);
     CHECK(setting.set(16, true)->is_in_force);
     REQUIRE(setting.set(6, true));
   }
   CHECK(cell_count(CellCountSetting(file, state).pack().core) == 6);
   file.serial.modules_max = 1;  // that pack cannot be extended any more
-  CHECK(CellCountSetting(file, state).set(16, true).error().starts_with("not with 16 cells: "));
+  CHECK(CellCountSetting(file, state).set(16, true).error().starts_with("invalid with 16 cells: "));
 }
 
 TEST_CASE("CellC is refused unless the pack file allows it and the contactors are open",
@@ -465,18 +465,18 @@ TEST_CASE("CellC is refused unless the pack file allows it and the contactors ar
   const TemporaryFolder folder;
   const std::string state = folder / "state.json";
   CHECK(CellCountSetting(six_cells(false), state).set(8, true).error() ==
-        "the pack file does not allow it (serial/may_set_cell_count)");
+        "not allowed by the pack file (serial/may_set_cell_count)");
   CHECK(CellCountSetting(six_cells(false), state).set(6, true).error().starts_with("the pack file"));
   CHECK(CellCountSetting(six_cells(true), state).set(8, false).error() ==
-        "the contactors are not open, or a closed pack is asked for");
+        "contactors not open, or close request active");
   CHECK(CellCountSetting(six_cells(true), "").set(8, true).error().find("--state") != std::string::npos);
-  CHECK(CellCountSetting(six_cells(true), state).set(13, true).error().starts_with("not with 13 cells: "));
-  CHECK(CellCountSetting(six_cells(true), folder / "none/state").set(8, true).error().starts_with("not kept: make "));
+  CHECK(CellCountSetting(six_cells(true), state).set(13, true).error().starts_with("invalid with 13 cells: "));
+  CHECK(
+      CellCountSetting(six_cells(true), folder / "none/state").set(8, true).error().starts_with("not stored: create "));
   auto many = load_pack_config(test::pack_file);
   REQUIRE(many);
   many->serial.may_set_cell_count = true;
-  CHECK(CellCountSetting(*many, state).set(47, true).error() ==
-        "the pack has 4 modules, whose cells the pack file counts");
+  CHECK(CellCountSetting(*many, state).set(47, true).error() == "not available for a pack with 4 modules");
   CHECK(CellCountSetting(*many, state).set(48, true)->is_in_force);
   CHECK(std::filesystem::is_empty(folder.path()));  // no call has saved anything
 }
@@ -499,7 +499,7 @@ TEST_CASE("a number of cells that was set is in force from the next start on, an
   {
     // In operation may_set_cell_count comes from the file's text; the text that is read again here does not contain it.
     CellCountSetting setting(file, state);
-    CHECK(setting.told() == "8 cells, set over the serial console; the pack file has 6");
+    CHECK(setting.told() == "cell count override: 8 cells (serial console), pack file 6");
     CHECK(cell_count(setting.pack().core) == 8);
     CHECK(setting.set(8, true)->is_in_force);
     CHECK_FALSE(setting.set(6, true)->is_in_force);
@@ -601,8 +601,8 @@ TEST_CASE("the daemon answers on the terminal of its pack file, or of its comman
   SerialBench bench;
   bench.start(false, "");
   CHECK(bench.terminal.ask("LogReq") == "Log is empty\r\n");
-  CHECK(bench.terminal.ask("CellC:06") == "Refused: the pack file does not allow it (serial/may_set_cell_count)\r\n");
-  CHECK(bench.terminal.ask("Service:on") == "Service on: measured values once a second\r\n");
+  CHECK(bench.terminal.ask("CellC:06") == "Refused: not allowed by the pack file (serial/may_set_cell_count)\r\n");
+  CHECK(bench.terminal.ask("Service:on") == "Service on: measured values once per second\r\n");
   CHECK(bench.terminal.read_to("\r\n").find(" R:") != std::string::npos);
   bench.terminal.type("Service:off\r");
   CHECK(bench.terminal.read_to("Service off\r\n").ends_with("Service off\r\n"));
@@ -643,7 +643,7 @@ TEST_CASE(
     "CellC is refused while the pack is closed, allowed and open it counts from the next start, and modules that "
     "have other cells keep the pack open",
     "[integration][daemon][serial][BMS_NF.5][BMS_F.2][bus][pty]") {
-  const std::string refused = "Refused: the contactors are not open, or a closed pack is asked for\r\n";
+  const std::string refused = "Refused: contactors not open, or close request active\r\n";
   std::string answer;
   const auto driven = test::driven<SerialBench>([&](SerialBench& made) {
     made.start(true, "");
@@ -657,13 +657,13 @@ TEST_CASE(
   bench.send_event("vehicle off");
   REQUIRE(bench.listener.hears(test::is_open, test::hang_max));
   REQUIRE(bench.becomes([&] { return bench.terminal.ask("CellC:08") == "New Cell Count:08\r\n"; }));
-  CHECK(bench.terminal.read_to("\r\n") == "In force when bmud is started again.\r\n");
+  CHECK(bench.terminal.read_to("\r\n") == "Effective after a restart of bmud.\r\n");
   CHECK(bench.ask_json("status").at("faults_present").dump().find("wrong_cell_count") == std::string::npos);
   bench.end();
 
   bench.begin();
   CHECK(bench.becomes([&] {
-    return read_file(bench.log).find("8 cells, set over the serial console; the pack file has 6") != std::string::npos;
+    return read_file(bench.log).find("cell count override: 8 cells (serial console), pack file 6") != std::string::npos;
   }));
   REQUIRE(bench.becomes([&] {
     return bench.ask_json("status").at("faults_present").dump().find("wrong_cell_count") != std::string::npos;
@@ -682,7 +682,7 @@ TEST_CASE("CellC:16 on the terminal: the restarted daemon closes two modules of 
   const auto bench = test::driven<SerialBench>([&](SerialBench& made) {
     made.start_beside_16_cells();
     REQUIRE(made.becomes([&] { return (asked = made.terminal.ask("CellC:16")) == "New Cell Count:16\r\n"; }));
-    CHECK(made.terminal.read_to("\r\n") == "In force when bmud is started again.\r\n");
+    CHECK(made.terminal.read_to("\r\n") == "Effective after a restart of bmud.\r\n");
     before = made.ask_json("status");
     made.end();
     made.begin();
@@ -704,7 +704,7 @@ TEST_CASE("CellC:16 on the terminal: the restarted daemon closes two modules of 
   CHECK(cell.at("module") == 2);
   CHECK(cell.at("number") == 8);
   CHECK(cell.at("pack_number") == 16);
-  CHECK(read_file(bench->log).find("16 cells, set over the serial console; the pack file has 6") != std::string::npos);
+  CHECK(read_file(bench->log).find("cell count override: 16 cells (serial console), pack file 6") != std::string::npos);
 }
 
 }  // namespace bmu

@@ -89,7 +89,7 @@ TEST_CASE("no file of driven lines is no error, and what is none is", "[integrat
   CHECK_FALSE(*read_driven_lines(path));
   CHECK(write_driven_lines("", two_lines()));
   CHECK_FALSE(write_driven_lines(folder / "nowhere/lines", two_lines()));
-  CHECK(read_driven_lines(folder / "").error().what.ends_with("found no regular file, wanted one"));
+  CHECK(read_driven_lines(folder / "").error().what.ends_with("not a regular file"));
   for (const char* text : {
            "",
            "{",
@@ -117,7 +117,7 @@ TEST_CASE("no file of driven lines is no error, and what is none is", "[integrat
     INFO(text);
     const auto read = read_driven_lines(path);
     REQUIRE_FALSE(read);
-    CHECK(read.error().what.starts_with(path + ": found no list of lines, wanted {\"chip\""));
+    CHECK(read.error().what.starts_with(path + ": found no list of lines, expected {\"chip\""));
   }
 }
 
@@ -145,7 +145,7 @@ TEST_CASE("the lines a daemon drove are opened after it, whatever the pack file 
   const auto expect_tried = [&] {
     const Finished opened = open_lines(bench.pack, driven);
     CHECK(opened.status == 71);
-    CHECK(opened.err.starts_with("bmud: not opened: /dev/no-such-chip: found no way to open it"));
+    CHECK(opened.err.starts_with("bmud: not opened: /dev/no-such-chip: cannot be opened"));
   };
   std::ofstream(bench.pack, std::ios::trunc) << pack_with_fan("/dev/another-chip", 8);
   expect_tried();
@@ -191,7 +191,7 @@ TEST_CASE("a daemon whose folder for driven lines is gone says so, and runs", "[
   REQUIRE(bench.listener.next(test::hang_max));
   // The log is written by its own thread.
   const auto is_said = [&] {
-    return read_file(bench.log).find("bmud --open-gpio will go by the pack file") != std::string::npos;
+    return read_file(bench.log).find("bmud --open-gpio will use the pack file") != std::string::npos;
   };
   CHECK(bench.becomes(is_said));
 }

@@ -451,7 +451,7 @@ TEST_CASE("lines that were lost begin their capture anew", "[integration][gpio]"
   monitor.chip.fail_call(0, EIO);
   const auto failed = monitor.lines.read();
   REQUIRE_FALSE(failed);
-  check_text(failed.error(), EIO, {"/dev/gpiochip0 line 11 (insulation_pulses)", "no way to read"});
+  check_text(failed.error(), EIO, {"/dev/gpiochip0 line 11 (insulation_pulses)", "cannot be read"});
   CHECK(monitor.chip.open_descriptors() == 0);
   CHECK_FALSE(monitor.lines.pulses(monitor.now()));
   monitor.lines.maintain();
@@ -492,7 +492,7 @@ TEST_CASE("a busy line is named, and its owner", "[integration][gpio]") {
   const auto opened = lines.open();
   REQUIRE_FALSE(opened);
   check_text(opened.error(), EBUSY,
-             {"/dev/gpiochip0 line 5 (precharge)", "found it in use by \"spi0 CS1\", wanted it free", "busy"});
+             {"/dev/gpiochip0 line 5 (precharge)", "in use by \"spi0 CS1\", expected a free line", "busy"});
   CHECK(lines.state() == GpioState::failed);
   CHECK(lines.last_error() == to_text(opened.error()));
   CHECK(chip.open_descriptors() == 0);
@@ -516,7 +516,7 @@ TEST_CASE("a line the chip does not have is named", "[integration][gpio]") {
   GpioLines lines(config, chip);
   const auto opened = lines.open();
   REQUIRE_FALSE(opened);
-  check_text(opened.error(), 0, {"/dev/gpiochip0 line 32 (fan)", "a chip of 32 lines, fake"});
+  check_text(opened.error(), 0, {"/dev/gpiochip0 line 32 (fan)", "chip has 32 lines, fake"});
 }
 
 TEST_CASE("what a driver cannot do with its lines is named: debouncing, edges", "[integration][gpio]") {
@@ -539,7 +539,7 @@ TEST_CASE("a chip that is not there is waited for", "[integration][gpio]") {
   GpioLines lines(pack_lines(), chip);
   const auto opened = lines.open();
   REQUIRE_FALSE(opened);
-  check_text(opened.error(), ENOENT, {"/dev/gpiochip0", "wanted a GPIO chip"});
+  check_text(opened.error(), ENOENT, {"/dev/gpiochip0", "expected a GPIO chip"});
   CHECK_FALSE(lines.drive(all_open));
   CHECK_FALSE(lines.read());
   lines.maintain();
@@ -555,7 +555,7 @@ TEST_CASE("a file that is no chip is called one", "[integration][gpio]") {
   GpioLines lines(pack_lines(), chip);
   const auto opened = lines.open();
   REQUIRE_FALSE(opened);
-  check_text(opened.error(), ENOTTY, {"something that is no GPIO chip"});
+  check_text(opened.error(), ENOTTY, {"not a GPIO chip, expected one listed by gpiodetect"});
 }
 
 // --- later failures -------------------------------------------------------------------------------------------------
@@ -569,7 +569,7 @@ TEST_CASE("a set that fails opens what it can, and stops the watchdog until all 
   const auto driven = pack.lines.drive(driving);
   REQUIRE_FALSE(driven);
   check_text(driven.error(), EIO,
-             {"/dev/gpiochip0 lines 3 (main_positive)", "no way to set them",
+             {"/dev/gpiochip0 lines 3 (main_positive)", "cannot be set",
               "these driven and the others open: main_positive, main_negative"});
   CHECK(pack.lines.state() == GpioState::failed);
   CHECK_FALSE(is_closed_on(pack.chip));
@@ -594,7 +594,7 @@ TEST_CASE("outputs that cannot even be opened are said to be so", "[integration]
   pack.chip.set_error = EIO;
   const auto driven = pack.lines.drive(all_open);
   REQUIRE_FALSE(driven);
-  check_text(driven.error(), EIO, {"wanted all open", "and no way to open the outputs"});
+  check_text(driven.error(), EIO, {"expected all open", "and the outputs cannot be opened"});
 }
 
 TEST_CASE("levels that cannot be read open the contactors", "[integration][gpio]") {
@@ -604,7 +604,7 @@ TEST_CASE("levels that cannot be read open the contactors", "[integration][gpio]
     pack.chip.fail_call(call, EIO);
     const auto levels = pack.lines.read();
     REQUIRE_FALSE(levels);
-    check_text(levels.error(), EIO, {"7 (cockpit)", "no way to read"});
+    check_text(levels.error(), EIO, {"7 (cockpit)", "cannot be read"});
     CHECK(pack.lines.state() == GpioState::failed);
     CHECK_FALSE(is_closed_on(pack.chip));
   }

@@ -53,7 +53,7 @@ constexpr int commands_min = 40;
 
 bool is_recorded_whole(const Bench& bench) {
   const std::string text = read_file(bench.log);
-  return text.find(Bench::end_not_whole) == std::string::npos && text.find("was held up") == std::string::npos;
+  return text.find(Bench::end_not_whole) == std::string::npos && text.find("thread stalled") == std::string::npos;
 }
 
 constexpr const char* name_of_cell_box = "-fault-cell-undervoltage.log.zst";

@@ -42,7 +42,7 @@ bool says(const std::string& log, const std::string& text) {
 }
 
 std::string in_use(const std::string& path, const std::string& option) {
-  return path + " is in use by another bmud, wanted one that is only ours: " + option + " names another";
+  return path + " is in use by another bmud; choose another path with " + option;
 }
 
 }  // namespace
@@ -97,9 +97,8 @@ TEST_CASE("a daemon does not start beside a lock that it may not open, and says 
   bench.more_options = {"--state", state};
   bench.start_daemon();
   CHECK(bench.daemon->wait(test::hang_max) == 71);
-  CHECK(says(read_file(bench.log), state +
-                                       ".lock is there and cannot be opened, wanted a lock that says who else has " +
-                                       state + ": take it away once no other bmud runs"));
+  CHECK(says(read_file(bench.log), state + ".lock exists and cannot be opened, expected the lock file of " + state +
+                                       "; remove it once no other bmud runs"));
   CHECK_FALSE(std::filesystem::exists(state));
 }
 

@@ -350,7 +350,7 @@ TEST_CASE("any call that fails leaves a state to read, and is told with file and
       CAPTURE(to_text(written.error()));
       CHECK(written.error().code == code);
       CHECK(written.error().what.find(file_path) != std::string::npos);
-      const bool is_of_folder = written.error().what.starts_with("sync the folder");
+      const bool is_of_folder = written.error().what.starts_with("sync the directory");
       CHECK(read_number(file) == (is_of_folder ? fresh : old));
       if (!is_of_folder) CHECK(image_of(folder.path()) == before);
       REQUIRE(file.write(text_of(next)));

@@ -588,7 +588,7 @@ TEST_CASE("no folder but its own is made", "[integration][status]") {
   REQUIRE_FALSE(socket);
   const std::string text = to_text(socket.error());
   INFO(text);
-  CHECK(text.find("wanted the existing directory " + (folder / "slip")) != std::string::npos);
+  CHECK(text.find("directory " + (folder / "slip") + " does not exist") != std::string::npos);
   CHECK(std::count(text.begin(), text.end(), '\n') == 0);
   CHECK_FALSE(std::filesystem::exists(folder / "slip"));
 }

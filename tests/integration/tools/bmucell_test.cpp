@@ -83,7 +83,7 @@ TEST_CASE("a fit writes a cell file that can be scored at once, and a picture", 
   const std::string trace = read_file(folder / "trace.csv");
   CHECK(trace.starts_with("time_s,current_A,voltage_V,temp_C,ref_soc_pct,soc_pct,sigma_pct\n"));
   CHECK(std::count(trace.begin(), trace.end(), '\n') == 17664);
-  CHECK(read_file(folder / "trace.svg").find("told less reference") != std::string::npos);
+  CHECK(read_file(folder / "trace.svg").find("estimate minus reference") != std::string::npos);
 }
 
 TEST_CASE("without --out the cell file goes to standard output and the summary does not", "[integration][bmucell]") {
@@ -268,7 +268,7 @@ TEST_CASE("eval says when a recording is none of the cell's, and doubts what nob
   CHECK(nlohmann::json::parse(gap.out).at("mean").at("inside_uncertainty_pct") > 90.0);
   const Finished fraction = scored({.percent_in = 0.01});
   CHECK(fraction.status == 65);
-  CHECK(fraction.err.find("ref_soc_pct: found nothing above 1, wanted percent, from 0 to 100") != std::string::npos);
+  CHECK(fraction.err.find("ref_soc_pct: found nothing above 1, expected percent, from 0 to 100") != std::string::npos);
 }
 
 TEST_CASE("a mean over files of which one never settled has no time to settle", "[integration][bmucell]") {

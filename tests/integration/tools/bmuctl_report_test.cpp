@@ -78,7 +78,7 @@ TEST_CASE("a damaged recording becomes a page that says so", "[integration][bmuc
   const TemporaryFolder folder;
   const Run torn = run(folder, folder.file("torn.log", recording().substr(0, recording().size() - 20)));
   CHECK(torn.exit_code == 3);
-  CHECK(torn.err.find("bmuctl: nothing is known behind ") == 0);
+  CHECK(torn.err.find("bmuctl: no data after ") == 0);
   CHECK(torn.err.find(": torn.log, its last line, ") != std::string::npos);
   CHECK(content_of(folder / "torn.html").find("<b class=\"fault\">damaged</b> torn.log, its last line, ") !=
         std::string::npos);
@@ -104,11 +104,11 @@ TEST_CASE("behind a place that is damaged a page goes on with the next part", "[
   CHECK(torn.exit_code == 3);
   CHECK(torn.out.find(folder / "drive.html" + ": 6.") == 0);
   CHECK(torn.out.find(" s are missing") != std::string::npos);
-  CHECK(torn.err.find("nothing is known from ") != std::string::npos);
+  CHECK(torn.err.find("no data from ") != std::string::npos);
   CHECK(torn.err.find(": drive.log.zst, ") != std::string::npos);
   CHECK(torn.err.find("; reading goes on at line ") != std::string::npos);
   const std::string page = content_of(folder / "drive.html");
-  CHECK(page.find("<h2>What is missing</h2>") != std::string::npos);
+  CHECK(page.find("<h2>Gaps</h2>") != std::string::npos);
   CHECK(page.find("<rect class=\"hole\"") != std::string::npos);
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("a recording without some of its lines becomes a page that says so", "
   const Run cut = run(folder, folder.file("cut.log", text));
   CHECK(cut.exit_code == 3);
   CHECK(cut.err.find(": cut.log, line ") != std::string::npos);
-  CHECK(cut.err.find(" the lines are not as they were written: ") != std::string::npos);
+  CHECK(cut.err.find(" the lines were modified: ") != std::string::npos);
   CHECK(cut.out.find(" s are missing") != std::string::npos);
   CHECK(content_of(folder / "cut.html").find("<b class=\"fault\">damaged</b> cut.log, line ") != std::string::npos);
 }
@@ -196,14 +196,14 @@ TEST_CASE("what cannot become a page is told, with an exit code of its kind", "[
   CHECK(missing.err == "bmuctl: cannot read '" + folder / "none.log" + "': No such file or directory\n");
   const Run frames = run(folder, folder.file("frames.log", "(1700000000.000000) vcan0 143#11 R\n"));
   CHECK(frames.exit_code == 1);
-  CHECK(frames.err.find("frames.log, line 1: found no whole head before") != std::string::npos);
+  CHECK(frames.err.find("frames.log, line 1: header incomplete") != std::string::npos);
   CHECK(run(folder, folder.file("empty.log", "")).exit_code == 1);
   CHECK(run(folder, file + " --from 2024-01-01").exit_code == 1);
   CHECK(run(folder, file + " --out " + folder / "nowhere/page.html").exit_code == 1);
   CHECK(run(folder, file + " --from yesterday").exit_code == 1);  // there is no recording of that time
   const Run whenever = run(folder, file + " --from whenever");
   CHECK(whenever.exit_code == 2);
-  CHECK(whenever.err.find("bmuctl: report: --from: found 'whenever', wanted 2026-03-01 17:05") == 0);
+  CHECK(whenever.err.find("bmuctl: report: --from: found 'whenever', expected 2026-03-01 17:05") == 0);
   CHECK(run(folder, file + " --from now --to -1h").exit_code == 2);
   CHECK(run(folder, file + " --from begin").exit_code == 0);
   CHECK(run(folder, file + " --out " + file).exit_code == 2);

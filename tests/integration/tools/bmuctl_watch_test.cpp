@@ -87,7 +87,7 @@ TEST_CASE("watch keeps the last picture and fails when the daemon goes away", "[
   bench.daemon->signal(SIGKILL);
   CHECK(watch.wait(test::hang_max) == 1);
   CHECK(read_file(bench.folder / "out").find("demo 48s") != std::string::npos);
-  CHECK(read_file(bench.folder / "err").find("the daemon has gone") != std::string::npos);
+  CHECK(read_file(bench.folder / "err").find("connection lost") != std::string::npos);
 }
 
 TEST_CASE("watch ends when the daemon is there and says nothing for longer than it may", "[integration][bmuctl][bus]") {

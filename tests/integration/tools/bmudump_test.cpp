@@ -227,9 +227,9 @@ TEST_CASE("frames that fail their check are marked and are no error", "[integrat
   CHECK(result.out ==
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong crc  [8] 8E A0 8E 92 8E B2 2A B3\n"
         "(1.000000) vcan0 143 CELLS_1 node 3     !! wrong length  [2] 8E A0\n"
-        "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, asks for 8 bytes\n"
+        "(1.000000) vcan0 143 CELLS_1 node 3     remote frame, requests 8 bytes\n"
         "(1.000000) vcan0 143 CAN FD             [02] 8E A0\n"
-        "(1.000000) vcan0 00000040 unknown       error frame: bus off  [8] 00 00 00 00 00 00 00 00\n"
+        "(1.000000) vcan0 00000040 unknown       error frame: bus-off  [8] 00 00 00 00 00 00 00 00\n"
         "(1.000000) vcan0 18FF50E5 unknown       [1] 01\n"
         "(1.000000) vcan0 7FF unknown            [0]\n");
   CHECK(run("-r - --strict", good_line).exit_code == 0);
@@ -255,7 +255,7 @@ TEST_CASE("a seventeenth bus is refused line by line, the others go on", "[integ
   CHECK(result.exit_code == 3);
   CHECK(lines_of(result.out).size() == 17);
   CHECK(result.err ==
-        "bmudump: standard input:17:12: found one more bus name, wanted at most 16 buses in all; line skipped\n");
+        "bmudump: standard input:17:12: found one more bus name, expected at most 16 buses in all; line skipped\n");
 }
 
 TEST_CASE("damaged lines are reported with place, found and wanted, and the run goes on",
@@ -270,11 +270,11 @@ TEST_CASE("damaged lines are reported with place, found and wanted, and the run 
   CHECK(result.out == good_text);
   CHECK(result.err ==
         "bmudump: " + log +
-            ":2:20: found the end of the line, wanted as many bytes, each behind a space, as the brackets have; line "
+            ":2:20: found the end of the line, expected as many bytes, each behind a space, as the brackets have; line "
             "skipped\n" +
-            "bmudump: " + log + ":5:16: found ')', wanted 6 (or 9) digits of a second; line skipped\n" +
-            "bmudump: " + log + ":6:47: found '9', wanted at most 8 data bytes (64 after '##'); line skipped\n" +
-            "bmudump: " + log + ":7:4: found byte 00h, wanted '.' between seconds and fraction; line skipped\n" +
+            "bmudump: " + log + ":5:16: found ')', expected 6 (or 9) digits of a second; line skipped\n" +
+            "bmudump: " + log + ":6:47: found '9', expected at most 8 data bytes (64 after '##'); line skipped\n" +
+            "bmudump: " + log + ":7:4: found byte 00h, expected '.' between seconds and fraction; line skipped\n" +
             "bmudump: " + log + ":8: last line without a line end, torn; line skipped\n");
 }
 
@@ -283,7 +283,7 @@ TEST_CASE("of endless damage the first thousand lines are told and all are count
   CHECK(result.exit_code == 3);
   const std::vector<std::string> lines = lines_of(result.err);
   REQUIRE(lines.size() == 1'001);
-  CHECK(lines.back() == "bmudump: standard input: 5000 damaged lines in all, the first 1000 told");
+  CHECK(lines.back() == "bmudump: standard input: 5000 damaged lines in total, the first 1000 shown");
 }
 
 TEST_CASE("CRLF, time going back and a whole last line without newline are fine", "[integration][bmudump][F106]") {
@@ -391,7 +391,7 @@ TEST_CASE("a byte-order mark costs no line", "[integration][bmudump]") {
   CHECK(check("") == 1);
   CHECK(run("-r -", mark + "DROPCOUNT: dropped 1 CAN frame on 'can0' socket (total drops 1)\n").exit_code == 0);
   CHECK(run("-r -", mark + "garbage\n").err ==
-        "bmudump: standard input:1:1: found 'g', wanted '(' before the time; line skipped\n");
+        "bmudump: standard input:1:1: found 'g', expected '(' before the time; line skipped\n");
   CHECK(run("-r -", times(80'000, mark) + std::string(good_line)).out == good_text);
   // A mark may be truncated to a part.
   CHECK(run("-r -", mark + mark.substr(0, 1) + "\n").exit_code == 3);
@@ -442,7 +442,7 @@ TEST_CASE("a torn last line is named, and is no shorter frame", "[integration][b
   CHECK(is_whole("can0 7FF#01 T"));
   // Other damage is reported with its position, and a comment is ignored.
   CHECK(last_of(start + "7FF#0G00").err ==
-        "bmudump: standard input:2:21: found '0', wanted data bytes of two hexadecimal digits; line skipped\n");
+        "bmudump: standard input:2:21: found '0', expected data bytes of two hexadecimal digits; line skipped\n");
   CHECK(last_of("# commen").exit_code == 0);
   // The expected length is that of the selected device.
   CHECK(run("-r - --device can0=elcon_tc", start + "18FF50E5#0C1C00640000").exit_code == 3);
@@ -493,8 +493,8 @@ TEST_CASE("the explanation of an error frame belongs to it, elsewhere it is dama
                       "\tbus-off\n  can0  20000040   [9]  ERRORFRAME\n\tbus-off\n");
   CHECK(result.exit_code == 3);
   CHECK(result.err ==
-        "bmudump: standard input:4:1: found byte 09h, wanted '(' before the time; line skipped\n"
-        "bmudump: standard input:5:20: found '[', wanted the number of bytes in brackets, 0 to 8 or 00 to 64; line "
+        "bmudump: standard input:4:1: found byte 09h, expected '(' before the time; line skipped\n"
+        "bmudump: standard input:5:20: found '[', expected the number of bytes in brackets, 0 to 8 or 00 to 64; line "
         "skipped\n");
 }
 
@@ -592,7 +592,7 @@ TEST_CASE("a line of 100 MB is skipped in little memory", "[integration][bmudump
   CHECK(exit_code == 3);
   CHECK(lines_of(content_of(folder / "out")).size() == 2);
   CHECK(content_of(folder / "err") ==
-        "bmudump: " + path + ":2:262145: found more than 262144 characters, wanted a newline; line skipped\n");
+        "bmudump: " + path + ":2:262145: found more than 262144 characters, expected a newline; line skipped\n");
 }
 
 TEST_CASE("a log of ever new identifiers on all buses, and a packed one, take little memory",
@@ -819,7 +819,7 @@ TEST_CASE("the summary says which identifier has fallen silent", "[integration][
   CHECK(run("-r - --summary", log).out.find("silent") == std::string::npos);
   log += "(2.500000) can0 7F2#\n";
   const std::string text = run("-r - --summary", log).out;
-  const std::size_t silent = text.find("silent for the last 1.000000 s\n");
+  const std::size_t silent = text.find("silent for 1.000000 s\n");
   REQUIRE(silent != std::string::npos);
   CHECK(text.find("7F0") < silent);
   CHECK(text.find("7F1") > silent);
@@ -839,8 +839,8 @@ TEST_CASE("a bus that falls silent does so beside one that goes on, and frames t
   }
   log += "(2.400000) can0 143#8EA08E928EB22AB3\n(2.400000) can0 7F1#\n";
   const std::string text = run("-r - --summary", log).out;
-  CHECK(text.find("wrong crc 1, none passed for the last 1.000000 s\n") != std::string::npos);
-  const std::size_t silent = text.find("silent for the last 1.000000 s\n");
+  CHECK(text.find("wrong crc 1, no frame passed the filter for 1.000000 s\n") != std::string::npos);
+  const std::size_t silent = text.find("silent for 1.000000 s\n");
   REQUIRE(silent != std::string::npos);
   CHECK(text.rfind("7F0", silent) != std::string::npos);
 }
@@ -860,7 +860,7 @@ TEST_CASE("on a live bus silence lasts until the end of listening", "[integratio
     }
   };
   // A sender without processor time has no regular period that its silence could break.
-  const std::string words = "silent for the last ";
+  const std::string words = "silent for ";
   constexpr int listens_max = 5;
   Run result;
   for (int listens = 0; listens < listens_max && result.out.find(words) == std::string::npos; ++listens) {
@@ -1078,7 +1078,7 @@ TEST_CASE("what nothing can contradict is a device's once another of its frames 
         "can0 1D0 unknown            [8] DE AD BE EF 12 34 56 78\n"
         "can0 0F0 unknown            [8] DE AD BE EF 12 34 56 78\n");
   CHECK(alone.err ==
-        "bmudump: can0: 2 frames that could be of i3_csc left unknown, as nothing but identifiers says so; if this is "
+        "bmudump: can0: 2 frames possibly of i3_csc not decoded, because only the identifiers match; if this is "
         "its bus: --device can0=i3_csc,can0=internal,can0=vehicle\n");
   CHECK(run("-r - --device can0=i3_csc", type).err.empty());
   CHECK(run("-r - --device i3_csc", type + cells).err.empty());
@@ -1598,7 +1598,7 @@ TEST_CASE("live, the run ends after the seconds asked for", "[integration][bmudu
   const Run result = run("--seconds 0.05 " + bus.name());
   CHECK(result.exit_code == 0);
   CHECK(lines_of(result.err).size() == 1);
-  CHECK(seconds_after(result.err, "bmudump: " + bus.name() + ": nobody was heard in ") >= 0.05);
+  CHECK(seconds_after(result.err, "bmudump: " + bus.name() + ": no frame received in ") >= 0.05);
 }
 
 TEST_CASE("live, the run ends after so long without a frame", "[integration][bmudump][bus]") {
@@ -1656,5 +1656,5 @@ TEST_CASE("live, a bus on which nobody speaks is told once, one with traffic is 
   const std::vector<std::string>& told = result->told;
   REQUIRE(told.size() == 2);
   CHECK(told[0] == "bmudump: no frame on " + result->quiet.name() + " yet; is another program on this bus?");
-  CHECK(seconds_after(told[1], "bmudump: " + result->quiet.name() + ": nobody was heard in ") >= 2.0);
+  CHECK(seconds_after(told[1], "bmudump: " + result->quiet.name() + ": no frame received in ") >= 2.0);
 }

@@ -50,7 +50,7 @@ TEST_CASE("a packed recording whose first bytes are wrong is run from the next p
     CHECK(direct.status == 3);
     CHECK(direct.out.find("\nidentical: ") != std::string::npos);
     CHECK(direct.out.find("\ndamaged: " + file + ": bytes 0 to ") != std::string::npos);
-    CHECK(direct.out.find("cannot be run") == std::string::npos);
+    CHECK(direct.out.find("cannot be replayed") == std::string::npos);
     CHECK(run_program({"/bin/sh", "-c", "cat " + file + " | " + program("bmureplay") + " -"}).status == 3);
   }
 }
@@ -61,11 +61,11 @@ TEST_CASE("a recording without its first head is damaged, one without any head i
   const Finished from_second = replay({folder.file("drive.log", headless)});
   INFO(from_second.out);
   CHECK(from_second.status == 3);
-  CHECK(from_second.out.find("drive.log:1: found no whole head before, ") != std::string::npos);
+  CHECK(from_second.out.find("drive.log:1: header incomplete, ") != std::string::npos);
   CHECK(from_second.out.find("; reading goes on at line ") != std::string::npos);
   const Finished none = replay({folder.file("none.log", headless.substr(0, headless.find("# bmud-recording")))});
   CHECK(none.status == 65);
-  CHECK(none.out.find("cannot be run: ") == 0);
+  CHECK(none.out.find("cannot be replayed: ") == 0);
 }
 
 TEST_CASE("a pack file with other modules is the one that is wrong", "[integration][recording]") {

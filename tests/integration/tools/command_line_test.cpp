@@ -44,16 +44,16 @@ const std::vector<Mistake> mistakes{
     {{"bmudump", "-r", "-", "--dbc", "elcon"},
      "--dbc: 'elcon' is none of internal, vehicle, charger, and no device; did you mean elcon_tc? "},
     {{"bmudump", "-r", "-", "--device", "can1=ou"},
-     "--device: 'can1=ou' is no device; wanted NAME, BUS=NAME, BUS=internal or BUS=vehicle; did you mean "
-     "outlander_cmu or outlander_current? bmudump --devices"},
+     "--device: found 'can1=ou', expected NAME, BUS=NAME, BUS=internal or BUS=vehicle; did you mean outlander_cmu or "
+     "outlander_current? bmudump --devices"},
     {{"bmudump", "--no\nsuch", "can0"}, "--no?such: there is no such option"},
-    {{"bmudump"}, "what shall be shown?"},
+    {{"bmudump"}, "no input, expected a bus or -r FILE"},
     {{"mmusim", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.001 to 1000000"},
     {{"mmusim", "--seed", "-1"}, "--seed: -1 is not a whole number from 0 up"},
     {{"mmusim", "pack.json"}, "'pack.json' is one word too many"},
-    {{"mmusim"}, "--pack: is missing"},
+    {{"mmusim"}, "--pack: required"},
     {{"mmusim", "--pack", "x.json", "--with-master", "--charger-bus", "unix:x"},
-     "--charger-bus: has no place in a run without a bus"},
+     "--charger-bus: not allowed with --virtual-time or --with-master"},
     {{"bmuctl", "watch", "--seconds", "x"}, "--seconds: 'x' is not a number from 0.1 to 1000000"},
     {{"bmuctl", "watch", "--period", "nan"}, "--period: nan is not a number from 0.05 to 60"},
     {{"bmuctl", "nope"},
@@ -74,15 +74,16 @@ const std::vector<Mistake> mistakes{
     {{"bmucell", "fit", "--base", "c.json"}, "files: are missing: fit to what?"},
     {{"bmucell", "fit", "--base", "c.json", "--temperatures", "0,25,0", "f.csv"}, "--temperatures: has one twice"},
     {{"bmucell", "fit", "--base", "c.json", "--pair-times-s", "6,60,60", "f.csv"}, "--pair-times-s: do not rise"},
-    {{"bmucell", "fit", "--base", "c.json", "--pair-times-s", "6,60", "f.csv"}, "--pair-times-s: wants three numbers"},
+    {{"bmucell", "fit", "--base", "c.json", "--pair-times-s", "6,60", "f.csv"},
+     "--pair-times-s: expected three numbers"},
     {{"bmucell", "eval", "f.csv"}, "--cell is required"},
     {{"bmucell", "eval", "--cell", "c.json"}, "files is required"},
     {{"bmucell", "guess"}, "'guess' is no command; there are fit, eval"},
     {{"bmucell", "fit", "--base", "c.json", "--json", "f.csv"}, "--json: and the cell file would both go to"},
     {{"bmud", "--no-such-option"}, ""},
     {{"bmud", "p.json", "--record-file-MB", "20", "--record-total-MB", "10"},
-     "--record-total-MB: found 10, wanted at least 40: twice --record-file-MB 20"},
-    {{"bmud", "p.json", "--record-total-MB", "31"}, "--record-total-MB: found 31, wanted at least 32"},
+     "--record-total-MB: found 10, expected at least 40: twice --record-file-MB 20"},
+    {{"bmud", "p.json", "--record-total-MB", "31"}, "--record-total-MB: found 31, expected at least 32"},
 };
 
 }  // namespace
@@ -120,7 +121,7 @@ TEST_CASE("a recording in the place of a bus is told how to be read", "[integrat
   for (const std::string& file : {folder / "drive", std::string("no-such.log")}) {
     const Finished finished = run_program({program("bmudump"), file});
     CHECK(finished.status == 2);
-    CHECK(finished.err.starts_with("bmudump: " + file + ": this is no bus"));
+    CHECK(finished.err.starts_with("bmudump: " + file + ": not a bus"));
     CHECK(finished.err.find("to read a recording: bmudump -r " + file) != std::string::npos);
   }
 }
@@ -129,9 +130,9 @@ TEST_CASE("what is no socket of a daemon is told with the reason", "[integration
   const TemporaryFolder folder;
   std::ofstream(folder / "file") << "x";
   CHECK(run_program({program("bmuctl"), "--socket", folder / "file", "status"}).err ==
-        "bmuctl: no daemon answers at '" + (folder / "file") + "': it is no socket\n");
+        "bmuctl: no daemon at '" + (folder / "file") + "': not a socket\n");
   CHECK(run_program({program("bmuctl"), "--socket", "", "status"})
-            .err.starts_with("bmuctl: no daemon answers at '': there is no such socket"));
+            .err.starts_with("bmuctl: no daemon at '': socket does not exist"));
 }
 
 TEST_CASE("lines are not written over a pack, a state or what is no file", "[integration][command_line][gpio]") {
@@ -151,13 +152,13 @@ TEST_CASE("lines are not written over a pack, a state or what is no file", "[int
   CHECK(said(link).find("which is the file of --config") != std::string::npos);
   const std::string state = folder / "state.json";
   CHECK(said(state, {"--state", state}).find("which is the file of --state") != std::string::npos);
-  CHECK(said(folder / "").find("a folder, wanted a file") != std::string::npos);
-  CHECK(said("/dev/null").find("no regular file, wanted a file") != std::string::npos);
+  CHECK(said(folder / "").find("a directory, expected a file") != std::string::npos);
+  CHECK(said("/dev/null").find("not a regular file, expected a file") != std::string::npos);
   REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
-  CHECK(said(folder / "pipe").find("no regular file, wanted a file") != std::string::npos);
-  CHECK(said("").find("found nothing, wanted a path") != std::string::npos);
+  CHECK(said(folder / "pipe").find("not a regular file, expected a file") != std::string::npos);
+  CHECK(said("").find("found nothing, expected a path") != std::string::npos);
   std::filesystem::create_symlink("/nowhere/lines", folder / "dangling");
-  CHECK(said(folder / "dangling").find("a link that leads nowhere, wanted a file") != std::string::npos);
+  CHECK(said(folder / "dangling").find("a dangling symbolic link, expected a file") != std::string::npos);
   CHECK(read_file(pack) == read_file(test::in_source("config/packs/demo-48s.json")));
 }
 
@@ -196,9 +197,9 @@ TEST_CASE("opening GPIO outputs ends with a status that tells how it went", "[in
   const Finished absent = open_on("/dev/no-such-chip");
   CHECK(absent.status == 71);
   CHECK(absent.out.empty());
-  CHECK(absent.err.starts_with("bmud: not opened: /dev/no-such-chip: found no way to open it, wanted a GPIO chip"));
+  CHECK(absent.err.starts_with("bmud: not opened: /dev/no-such-chip: cannot be opened, expected a GPIO chip"));
   CHECK(open_on("/dev/null").status == 71);
-  CHECK(open_on("/dev/null").err.find("found something that is no GPIO chip") != std::string::npos);
+  CHECK(open_on("/dev/null").err.find("not a GPIO chip") != std::string::npos);
 
   CHECK(open_on("gpiochip0").status == 78);
   CHECK(run_program({program("bmud"), "--open-gpio", "--check-config", "--config", packs + "demo-48s.json"}).status ==

@@ -75,7 +75,7 @@ TEST_CASE("what is written into a pipe happens, whoever writes it, and what cann
   bench.write(
       "\xEF\xBB\xBF# what follows is nonsense\n\nvehcle on\n  cell 9.1 voltage_mV 2700\nvehicle on   # the key\n");
   REQUIRE(bench.tells(key_seen));
-  CHECK(bench.told.find("mmusim: " + bench.pipe + ":3:1: found 'vehcle', wanted a target") != std::string::npos);
+  CHECK(bench.told.find("mmusim: " + bench.pipe + ":3:1: found 'vehcle', expected a target") != std::string::npos);
   CHECK(bench.told.find("mmusim: " + bench.pipe + ":4:1: found ") != std::string::npos);
   CHECK(bench.told.find(" s  vehicle on") != std::string::npos);
   bench.write("cell 2.7 voltage_mV ..2700 over 1\nvehi");
@@ -93,7 +93,7 @@ TEST_CASE("a line that is too long is refused whatever it begins with, and the n
   bench.write("vehicle off" + std::string(4096 - 11, ' ') + "\nload current_A 1" + std::string(5'000, ' ') + "5\n" +
               "# " + std::string(9'000, 'x') + "\nvehicle on\n");
   REQUIRE(bench.tells(key_seen));
-  CHECK(bench.told.find(bench.pipe + ":2:1: found a line that is too long, wanted 4096 bytes at most") !=
+  CHECK(bench.told.find(bench.pipe + ":2:1: found a line that is too long, expected 4096 bytes at most") !=
         std::string::npos);
   CHECK(bench.told.find(bench.pipe + ":1:") == std::string::npos);
   CHECK(bench.told.find("load current_A 1") == std::string::npos);
@@ -124,7 +124,7 @@ TEST_CASE("events from what is no pipe, and in virtual time, are refused", "[int
   CHECK(said("-", "</dev/null").err.starts_with("mmusim: standard input: found neither a pipe nor a terminal"));
   const Finished nothing = said("/nowhere/events", "");
   CHECK(nothing.status == 1);
-  CHECK(nothing.err.find("/nowhere/events: no way to open it, wanted a pipe (mkfifo)") != std::string::npos);
+  CHECK(nothing.err.find("/nowhere/events: cannot be opened, expected a pipe (mkfifo)") != std::string::npos);
   const Finished waits = run_program({program("mmusim"), "--pack", pack_file, "--with-master", "--events", "-"});
   CHECK(waits.status == 2);
   CHECK(waits.err.find("--events") != std::string::npos);

@@ -85,7 +85,7 @@ TEST_CASE("a recording is not written over the script or the pack that is read",
                                       "--scenario", script, "--record", file});
     CAPTURE(file, run.err);
     CHECK(run.status == 2);
-    CHECK(run.err.find("mmusim: the recording would be written over '") == 0);
+    CHECK(run.err.find("mmusim: --record: '") == 0);
     CHECK(std::filesystem::file_size(file) == size);
   }
 }
@@ -122,7 +122,7 @@ TEST_CASE("a script whose conditions hold ends the run with success and says how
   CHECK(finished.status == 0);
   CHECK(finished.out.find("script: passed, conditions held: 2") != std::string::npos);
   CHECK(finished.out.find("times real time, seed 1\n") != std::string::npos);
-  CHECK(finished.out.find("a cell's voltage is too low: cell 2.7") != std::string::npos);
+  CHECK(finished.out.find("cell voltage too low: cell 2.7") != std::string::npos);
   CHECK(finished.err.find("wait contactor main_positive closed within 3: after 0.8") != std::string::npos);
   CHECK(finished.err.find('\r') == std::string::npos);  // no progress without a terminal
 }
@@ -246,7 +246,7 @@ TEST_CASE("on a bus the master cannot be asked, and without a bus none can be na
   CHECK(refused.err.find("my.scn:1:8: found 'master'") != std::string::npos);
   const Finished untold = run_script("1 master clear", {"--virtual-time"});
   CHECK(untold.status == 65);
-  CHECK(untold.err.find("my.scn:1:3: found 'master', wanted an event of the emulated pack") != std::string::npos);
+  CHECK(untold.err.find("my.scn:1:3: found 'master', expected an event of the emulated pack") != std::string::npos);
   CHECK(run_script("1 pass", {"--with-master", "--bus", "unix:nobody"}).status == 2);
   CHECK(run_program({program("mmusim"), "--with-master", "--pack", pack_file}).status == 2);
 }

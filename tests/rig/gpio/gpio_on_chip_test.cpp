@@ -206,7 +206,7 @@ TEST_CASE("lines that are another's are refused by name") {
   const auto opened = second.open();
   REQUIRE_FALSE(opened);
   CHECK(opened.error().code == EBUSY);
-  CHECK(to_text(opened.error()).find("/dev/bmud-gpio line 3 (main_positive): found it in use by \"bmud\"") == 0);
+  CHECK(to_text(opened.error()).find("/dev/bmud-gpio line 3 (main_positive): in use by \"bmud\"") == 0);
 }
 
 TEST_CASE("a line that the chip does not have is refused by name") {
@@ -217,7 +217,7 @@ TEST_CASE("a line that the chip does not have is refused by name") {
   const auto opened = lines.open();
   REQUIRE_FALSE(opened);
   CHECK(to_text(opened.error()) ==
-        "/dev/bmud-gpio line 32 (key): found a chip of 32 lines, rig_gpio, wanted one that has this line");
+        "/dev/bmud-gpio line 32 (key): chip has 32 lines, rig_gpio, expected a chip with this line");
 }
 
 TEST_CASE("a chip that vanishes is told by the next call, and taken again when it is back") {
@@ -264,7 +264,7 @@ TEST_CASE("a stopped process keeps its levels, its watchdog stands still, and it
   const Finished refused = run_program({program("bmud"), "--open-gpio", "--config", pack.path()});
   CHECK(refused.status == 71);
   for (const char* line : {"3 (main_positive)", "4 (main_negative)", "5 (precharge)", "2 (watchdog)"}) {
-    CHECK(refused.err.find(std::string("line ") + line + ": found it in use by \"bmud\"") != std::string::npos);
+    CHECK(refused.err.find(std::string("line ") + line + ": in use by \"bmud\"") != std::string::npos);
   }
   CHECK(is_closed());
 }

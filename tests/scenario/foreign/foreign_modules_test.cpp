@@ -302,7 +302,7 @@ TEST_CASE("what cannot be of such modules is refused, with whose it is", "[scena
       {"1 module 2 restart", "(i3_csc): only our own modules have this one", "(outlander_cmu): only our own modules"},
       {"1 module 2 damaged_frames on", "", "only modules whose frames have a checksum"},
       {"1 module 2 frozen_counter on", "", "only modules whose frames have a checksum"},
-      {"1 module 2 errors 1", "", "only modules of other makers that tell errors"},
+      {"1 module 2 errors 1", "", "only modules of other makers that report errors"},
       {"1 module 2 board_temperature_dC 10", "", "only modules with a sensor on their board"},
       {"1 board_thermistor 2.1 state open", "", "only modules with a sensor on their board"},
       {"1 board_thermistor 2.2 state open", "sensor 1 to 1 on that module's board", "a sensor on their board"},

@@ -119,7 +119,7 @@ TEST_CASE("sixteen inputs with nine debounce times are accepted, and no more of 
   }
   CHECK(problems_of(pack.dump()).empty());  // 0: none
   inputs[0]["debounce_ms"] = 10;
-  refuses_text(pack.dump(), "/gpio", "found 10 different debounce_ms, wanted at most 9");
+  refuses_text(pack.dump(), "/gpio", "found 10 different debounce_ms, expected at most 9");
   inputs.push_back({{"name", "one more"}, {"kind", "interlock"}, {"line", 16}});
   refuses_text(pack.dump(), "/gpio/inputs", "at most 16");
 }
@@ -195,10 +195,10 @@ TEST_CASE("without a power distribution unit everything it does is a line", "[un
   no_contact["gpio"]["feedback"].erase("main_negative");
   refuses_text(no_contact.dump(), "/gpio/feedback/main_negative", "its auxiliary contact, as contactors/pdu is false");
   refuses_text(without_unit({{"/gpio/inputs/2/kind", "resume_button"}}).dump(), "/gpio/inputs",
-               "nobody else asks for a closed pack");
+               "there is no other close request");
   CHECK(problems_of(without_unit({{"/gpio/inputs/2/kind", "charger_connected"}}).dump()).empty());
   refuses_text(without_unit({{"/insulation/monitoring", "measured"}}).dump(), "/insulation/monitoring",
-               "no unit tells a resistance");
+               "no PDU reports a resistance");
 }
 
 TEST_CASE("an insulation monitor's pulses are a line, and one source of its word", "[unit][config][gpio][FS_3]") {
@@ -223,7 +223,7 @@ TEST_CASE("an insulation monitor's pulses are a line, and one source of its word
   refuses_text(both.dump(), "/gpio/insulation_pulses", "insulation/protocol names a monitor already");
   Json ok_line = with_gpio({{"/insulation_pulses", line}});
   ok_line["insulation"]["monitoring"] = "ok_line";
-  refuses_text(ok_line.dump(), "/insulation/monitoring", "gpio/insulation_pulses tell a resistance");
+  refuses_text(ok_line.dump(), "/insulation/monitoring", "gpio/insulation_pulses report a resistance");
   refuses_text(with_gpio({{"/insulation_pulses", Json{{"line", 7}}}}).dump(), "/gpio/insulation_pulses/line",
                "taken by /gpio/inputs/0");
   refuses_text(with_gpio({{"/insulation_pulses", Json{{"active_low", true}}}}).dump(), "/gpio/insulation_pulses/line",

@@ -132,7 +132,7 @@ TEST_CASE("text that is no JSON is refused as file:line:column", "[unit][config]
   refuses_text("{\"name\": NaN}", "", "pack.json:1:10: ");
   refuses_text("{\"name\": \"\xFF\"}", "", "pack.json:1:11: ");
   refuses_text("{} {}", "", "pack.json:1:4: ");
-  refuses_text("[]", "", "pack.json: found [], wanted an object");
+  refuses_text("[]", "", "pack.json: found [], expected an object");
 }
 
 TEST_CASE("the column is where the wrong word begins", "[unit][config]") {
@@ -162,7 +162,7 @@ TEST_CASE("an unknown key is refused with a hint to the one that was meant", "[u
 }
 
 TEST_CASE("a missing required key is refused", "[unit][config][F78]") {
-  refuses_text(without("", "name").dump(), "/name", "found nothing");
+  refuses_text(without("", "name").dump(), "/name", "missing");
   refuses_text(without("", "buses").dump(), "/buses", "required");
   refuses_text(without("", "cell").dump(), "/cell", "required");
   refuses_text(without("", "modules").dump(), "/modules", "required");
@@ -175,10 +175,10 @@ TEST_CASE("a missing required key is refused", "[unit][config][F78]") {
 }
 
 TEST_CASE("a value of the wrong type is refused", "[unit][config][F78]") {
-  refuses({{"/name", 5}}, "/name", "found 5, wanted a text");
-  refuses({{"/buses", "can0"}}, "/buses", "found \"can0\", wanted an object");
+  refuses({{"/name", 5}}, "/name", "found 5, expected a text");
+  refuses({{"/buses", "can0"}}, "/buses", "found \"can0\", expected an object");
   refuses({{"/limits/cell_overvoltage", 4'200}}, "/limits/cell_overvoltage", "an object");
-  refuses({{"/poll/period_ms", "100"}}, "/poll/period_ms", "found \"100\", wanted a whole number from 20 to 120");
+  refuses({{"/poll/period_ms", "100"}}, "/poll/period_ms", "found \"100\", expected a whole number from 20 to 120");
   refuses({{"/poll/period_ms", nullptr}}, "/poll/period_ms", "found null");
   refuses({{"/sensor/invert_current", 1}}, "/sensor/invert_current", "true or false");
   refuses({{"/cell", 3}}, "/cell", "cell file");
@@ -189,7 +189,7 @@ TEST_CASE("a value of the wrong type is refused", "[unit][config][F78]") {
 }
 
 TEST_CASE("a number that is not whole is refused where a whole one is wanted", "[unit][config]") {
-  refuses({{"/poll/period_ms", 100.5}}, "/poll/period_ms", "found 100.5, wanted a whole number");
+  refuses({{"/poll/period_ms", 100.5}}, "/poll/period_ms", "found 100.5, expected a whole number");
   refuses({{"/modules/0/cells", 11.5}}, "/modules/0/cells", "a whole number from 1 to 12");
 }
 
@@ -253,11 +253,11 @@ TEST_CASE("all problems are reported at once", "[unit][config][F78]") {
 
 TEST_CASE("a problem reads as file, path, found and wanted", "[unit][config][F78]") {
   CHECK(to_text({"pack.json", "/modules/2/node", "1", "a node number no other module has"}) ==
-        "pack.json: /modules/2/node: found 1, wanted a node number no other module has");
+        "pack.json: /modules/2/node: found 1, expected a node number no other module has");
   CHECK(to_text({"pack.json", "", "a directory", "a readable file"}) ==
-        "pack.json: found a directory, wanted a readable file");
+        "pack.json: found a directory, expected a readable file");
   CHECK(to_text({"pack.json", "", "a syntax error", "JSON", TextPosition{14, 24}}) ==
-        "pack.json:14:24: found a syntax error, wanted JSON");
+        "pack.json:14:24: found a syntax error, expected JSON");
 }
 
 TEST_CASE("what a file holds cannot disturb the terminal that shows its problems", "[unit][config]") {
@@ -287,7 +287,7 @@ TEST_CASE("a file that cannot be read is a problem that names it", "[unit][confi
   };
   refuses_file(directory.path() / "missing.json", "no such file");
   refuses_file(directory.path(), "a directory");
-  refuses_file("/dev/null", "no regular file");
+  refuses_file("/dev/null", "other than a regular file");
   refuses_file(directory.file("huge.json", std::string((1U << 20U) + 1, ' ')), "more than 1 MiB");
   refuses_file(directory.file("empty.json", ""), "empty.json:1:1: ");
 }
@@ -320,8 +320,8 @@ TEST_CASE("a missing or broken cell file is one problem", "[unit][config][F78]")
     CHECK(to_text(result.error().front()).find(wanted) == 0);
   };
   refuses_cell("cells/../missing.json", "pack.json: /cell: found \"cells/../missing.json\" (\"" + folder +
-                                            "/missing.json\": no such file), wanted a readable file");
-  refuses_cell(".", "pack.json: /cell: found \".\" (\"" + folder + "/\": a directory), wanted a readable file");
+                                            "/missing.json\": no such file), expected a readable file");
+  refuses_cell(".", "pack.json: /cell: found \".\" (\"" + folder + "/\": a directory), expected a readable file");
   refuses_cell("broken.json", folder + "/broken.json:3:1: found a syntax error");
   refuses({{"/cell", ""}}, "/cell", "a text");
   refuses({{"/cell", std::string("a\0b", 3)}}, "/cell", "a text");

@@ -25,13 +25,13 @@ using Texts = std::vector<std::string>;
 
 TEST_CASE("a change is told with its path, what was there and what is", "[unit][config][reload]") {
   CHECK(changes(R"({"a": 1, "b": {"c": 2, "d": [1, 2]}})", R"({"a": 1, "b": {"c": 3, "d": [1, 4]}})") ==
-        Texts{"pack.json: /b/c: 2, now 3", "pack.json: /b/d/1: 2, now 4"});
+        Texts{"pack.json: /b/c: 2 -> 3", "pack.json: /b/d/1: 2 -> 4"});
   CHECK(changes(R"({"a": 1})", R"({"b": "x"})") ==
-        Texts{"pack.json: /a: 1, now not there", "pack.json: /b: not there, now \"x\""});
-  CHECK(changes(R"({"a": [1]})", R"({"a": [1, 2]})") == Texts{"pack.json: /a/1: not there, now 2"});
-  CHECK(changes(R"({"a": [1, 2]})", R"({"a": [1]})") == Texts{"pack.json: /a/1: 2, now not there"});
-  CHECK(changes(R"({"a": [1]})", R"({"a": {"b": 1}})") == Texts{"pack.json: /a: [1], now {\"b\":1}"});
-  CHECK(changes(R"({"a": {}})", R"({"a": null})") == Texts{"pack.json: /a: {}, now null"});
+        Texts{"pack.json: /a: 1 -> absent", "pack.json: /b: absent -> \"x\""});
+  CHECK(changes(R"({"a": [1]})", R"({"a": [1, 2]})") == Texts{"pack.json: /a/1: absent -> 2"});
+  CHECK(changes(R"({"a": [1, 2]})", R"({"a": [1]})") == Texts{"pack.json: /a/1: 2 -> absent"});
+  CHECK(changes(R"({"a": [1]})", R"({"a": {"b": 1}})") == Texts{"pack.json: /a: [1] -> {\"b\":1}"});
+  CHECK(changes(R"({"a": {}})", R"({"a": null})") == Texts{"pack.json: /a: {} -> null"});
 }
 
 TEST_CASE("comments, blanks and the order of keys are no change", "[unit][config][reload]") {
@@ -50,7 +50,7 @@ TEST_CASE("the cell's file is compared by its own name", "[unit][config][reload]
   CHECK(pack_changes(before, now).empty());
   now.cell_text = R"({"capacity": 2})";
   REQUIRE(pack_changes(before, now).size() == 1);
-  CHECK(to_text(pack_changes(before, now).front()) == "cell.json: /capacity: 1, now 2");
+  CHECK(to_text(pack_changes(before, now).front()) == "cell.json: /capacity: 1 -> 2");
   // A cell moved from the pack file into its own file is reported in the pack file.
   before.cell_name = "";
   before.cell_text = "";

@@ -40,11 +40,11 @@ Result<std::vector<CapacityTest>, std::string> read_tests(const std::filesystem:
     const auto row = table->row(test);
     const std::string at = file.string() + ":" + std::to_string(table->lines[test]) + ": ";
     if (!(row[capacity] > 0.0)) {
-      return failure(at + "capacity_Ah: found '" + shown(row[capacity]) + "', wanted a number above 0");
+      return failure(at + "capacity_Ah: found '" + shown(row[capacity]) + "', expected a number above 0");
     }
     if (!tests.empty() && row[charge] < tests.back().charge_number) {
       return failure(at + "charges_before: found '" + shown(row[charge]) + "' behind '" +
-                     shown(tests.back().charge_number) + "', wanted numbers that do not fall");
+                     shown(tests.back().charge_number) + "', expected numbers that do not fall");
     }
     const bool has_own_charge = tests.empty() || row[charge] > tests.back().charge_number;
     tests.push_back({row[cycle], row[capacity] * hour_s, row[charge], has_own_charge});
@@ -84,7 +84,7 @@ Result<std::vector<Charge>, std::string> charges_of(const Series& series) {
     const bool is_new = charges.empty() || row.cycle != charges.back().number;
     if (std::isnan(row.cycle) || (is_new && !charges.empty() && row.cycle < charges.back().number)) {
       return failure(series.name + ": cycle: found '" + shown(row.cycle) + "' at " + shown(row.time_s) +
-                     " s, wanted rising numbers, the rows of one behind each other");
+                     " s, expected rising numbers, with the rows of each charge together");
     }
     if (is_new) {
       charges.push_back({.number = row.cycle});
@@ -119,8 +119,8 @@ Result<AgeingData, std::string> read_ageing(const std::filesystem::path& recordi
   };
   const auto lost = std::find_if_not(tests->begin(), tests->end(), is_there);
   if (lost != tests->end()) {
-    return failure(table.string() + ": charges_before: found '" + shown(lost->charge_number) + "', wanted a cycle of " +
-                   recording.string());
+    return failure(table.string() + ": charges_before: found '" + shown(lost->charge_number) +
+                   "', expected a cycle of " + recording.string());
   }
   return AgeingData{.name = recording.string(), .charges = std::move(*charges), .tests = std::move(*tests)};
 }

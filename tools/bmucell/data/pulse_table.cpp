@@ -64,7 +64,7 @@ Result<PulseTable, std::string> read_pulse_table(const std::filesystem::path& fi
     const double temperature_C = row[3];
     if (!(resistance_mOhm > 0.0) || current_A == 0.0) {
       return failure(table.name + ": found a pulse of " + std::to_string(current_A) + " A with " +
-                     std::to_string(resistance_mOhm) + " mOhm, wanted a current and a resistance above 0");
+                     std::to_string(resistance_mOhm) + " mOhm, expected a current and a resistance above 0");
     }
     table.rows.push_back(
         {soc_pct / percent, current_A, resistance_mOhm * 1e-3, csv->has_column[3] ? temperature_C : std::nan("")});

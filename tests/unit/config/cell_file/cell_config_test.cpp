@@ -167,7 +167,7 @@ TEST_CASE("one to eight temperatures are enough", "[unit][config]") {
   }
   rows.push_back(row_at(90));
   refuses({{"/dynamics/rows", rows}},
-          "cell.json: /dynamics/rows: found 9 rows, wanted a list of 1 to 8 rows, one for each temperature");
+          "cell.json: /dynamics/rows: found 9 rows, expected a list of 1 to 8 rows, one for each temperature");
 }
 
 TEST_CASE("the measured curve need not end where the table of the file does", "[unit][config]") {
@@ -181,54 +181,53 @@ TEST_CASE("every key of the measured tables is required", "[unit][config]") {
     const Json object = measured_cell().at(Json::json_pointer(parent));
     for (const auto& [key, value] : object.items()) {
       CAPTURE(key);
-      refuses_cell(without(parent, key),
-                   "cell.json: " + parent + "/" + key + ": found nothing, wanted this key, which is required");
+      refuses_cell(without(parent, key), "cell.json: " + parent + "/" + key + ": missing, expected this required key");
     }
   }
 }
 
 TEST_CASE("a key that measured tables do not have is refused", "[unit][config]") {
   refuses({{"/dynamics/row", 1}},
-          "cell.json: /dynamics/row: found an unknown key, wanted a known key; did you mean \"rows\"?");
+          "cell.json: /dynamics/row: found an unknown key, expected a known key; did you mean \"rows\"?");
   refuses({{"/dynamics/rows/0/series_Ohm", 1}},
-          "cell.json: /dynamics/rows/0/series_Ohm: found an unknown key, wanted a known key; did you mean "
+          "cell.json: /dynamics/rows/0/series_Ohm: found an unknown key, expected a known key; did you mean "
           "\"series_mOhm\"?");
 }
 
 TEST_CASE("measured tables of the wrong kind are refused", "[unit][config]") {
-  refuses({{"/dynamics", 1}}, "cell.json: /dynamics: found 1, wanted an object, { ... }");
+  refuses({{"/dynamics", 1}}, "cell.json: /dynamics: found 1, expected an object, { ... }");
   refuses({{"/dynamics/rows", "none"}},
-          "cell.json: /dynamics/rows: found \"none\", wanted a list of 1 to 8 rows, one for each temperature");
+          "cell.json: /dynamics/rows: found \"none\", expected a list of 1 to 8 rows, one for each temperature");
   refuses({{"/dynamics/rows", Json::array()}},
-          "cell.json: /dynamics/rows: found 0 rows, wanted a list of 1 to 8 rows, one for each temperature");
-  refuses({{"/dynamics/rows/0", 1}}, "cell.json: /dynamics/rows/0: found 1, wanted an object, { ... }");
+          "cell.json: /dynamics/rows: found 0 rows, expected a list of 1 to 8 rows, one for each temperature");
+  refuses({{"/dynamics/rows/0", 1}}, "cell.json: /dynamics/rows/0: found 1, expected an object, { ... }");
   refuses({{"/dynamics/rows/0/ocv_mV", 3'600}},
-          "cell.json: /dynamics/rows/0/ocv_mV: found 3600, wanted a list of 51 numbers, one at every 20 permille of "
+          "cell.json: /dynamics/rows/0/ocv_mV: found 3600, expected a list of 51 numbers, one at every 20 permille of "
           "charge, from empty to full");
   refuses({{"/dynamics/rows/0/pair_mOhm/1", 3}},
-          "cell.json: /dynamics/rows/0/pair_mOhm/1: found 3, wanted a list of 21 numbers");
+          "cell.json: /dynamics/rows/0/pair_mOhm/1: found 3, expected a list of 21 numbers");
 }
 
 TEST_CASE("a list of the wrong length is refused with what its numbers are for", "[unit][config]") {
   refuses({{"/dynamics/rows/0/ocv_mV", ramp(50, 3'000, 20)}},
-          "cell.json: /dynamics/rows/0/ocv_mV: found 50 numbers, wanted 51, one at every 20 permille of charge, from "
+          "cell.json: /dynamics/rows/0/ocv_mV: found 50 numbers, expected 51, one at every 20 permille of charge, from "
           "empty to full");
   refuses({{"/dynamics/rows/1/series_mOhm", ramp(51, 10, 0)}},
-          "cell.json: /dynamics/rows/1/series_mOhm: found 51 numbers, wanted 21, one at every 50 permille of charge, "
+          "cell.json: /dynamics/rows/1/series_mOhm: found 51 numbers, expected 21, one at every 50 permille of charge, "
           "from empty to full");
   refuses({{"/dynamics/pair_time_constants_s", {6, 60}}},
-          "cell.json: /dynamics/pair_time_constants_s: found 2 numbers, wanted 3, one for each pair");
+          "cell.json: /dynamics/pair_time_constants_s: found 2 numbers, expected 3, one for each pair");
   refuses({{"/dynamics/rows/0/pair_mOhm", {ramp(21, 1, 0), ramp(21, 1, 0)}}},
-          "cell.json: /dynamics/rows/0/pair_mOhm: found 2 lists, wanted 3, one for each pair");
+          "cell.json: /dynamics/rows/0/pair_mOhm: found 2 lists, expected 3, one for each pair");
   refuses({{"/dynamics/rows/0/pair_mOhm/2", ramp(20, 1, 0)}},
-          "cell.json: /dynamics/rows/0/pair_mOhm/2: found 20 numbers, wanted 21");
+          "cell.json: /dynamics/rows/0/pair_mOhm/2: found 20 numbers, expected 21");
 }
 
 TEST_CASE("what is no number in a list is refused where it stands", "[unit][config]") {
   refuses({{"/dynamics/rows/0/ocv_mV/7", "3300"}},
-          "cell.json: /dynamics/rows/0/ocv_mV/7: found \"3300\", wanted a number from 500 to 6000");
+          "cell.json: /dynamics/rows/0/ocv_mV/7: found \"3300\", expected a number from 500 to 6000");
   refuses({{"/dynamics/rows/0/pair_mOhm/1/20", nullptr}},
-          "cell.json: /dynamics/rows/0/pair_mOhm/1/20: found null, wanted a number from 0 to 100000");
+          "cell.json: /dynamics/rows/0/pair_mOhm/1/20: found null, expected a number from 0 to 100000");
 }
 
 struct RangeCase {
@@ -261,7 +260,7 @@ TEST_CASE("measured numbers reach the ends of their ranges and do not pass them"
     if (range.wanted.empty()) continue;
     for (const double beyond : {std::nextafter(range.min, -1e9), range.max + 0.5}) {
       refuses({{range.path, beyond}},
-              "cell.json: " + range.path + ": found " + Json(beyond).dump() + ", wanted a number " + range.wanted);
+              "cell.json: " + range.path + ": found " + Json(beyond).dump() + ", expected a number " + range.wanted);
     }
   }
 }
@@ -269,31 +268,31 @@ TEST_CASE("measured numbers reach the ends of their ranges and do not pass them"
 TEST_CASE("what rises keeps to its range as well", "[unit][config]") {
   accepts({{"/dynamics/rows/0/temperature_C", -60}, {"/dynamics/rows/1/temperature_C", 150}});
   refuses({{"/dynamics/rows/0/temperature_C", -60.5}},
-          "cell.json: /dynamics/rows/0/temperature_C: found -60.5, wanted a number from -60 to 150");
+          "cell.json: /dynamics/rows/0/temperature_C: found -60.5, expected a number from -60 to 150");
   accepts({{"/dynamics/rows/0/ocv_mV/0", 500}, {"/dynamics/rows/0/ocv_mV/50", 6'000}});
   refuses({{"/dynamics/rows/0/ocv_mV/0", 499}},
-          "cell.json: /dynamics/rows/0/ocv_mV/0: found 499, wanted a number from 500 to 6000");
+          "cell.json: /dynamics/rows/0/ocv_mV/0: found 499, expected a number from 500 to 6000");
   accepts({{"/dynamics/pair_time_constants_s", {0.1, 1, 100'000}}});
   refuses({{"/dynamics/pair_time_constants_s", {0, 1, 2}}},
-          "cell.json: /dynamics/pair_time_constants_s/0: found 0, wanted a number from 0.1 to 100000");
+          "cell.json: /dynamics/pair_time_constants_s/0: found 0, expected a number from 0.1 to 100000");
 }
 
 TEST_CASE("curve, time constants and temperatures rise", "[unit][config]") {
   refuses({{"/dynamics/rows/0/ocv_mV/7", 3'147}},
-          "cell.json: /dynamics/rows/0/ocv_mV/7: found 3147, wanted more than the number before, 3147");
+          "cell.json: /dynamics/rows/0/ocv_mV/7: found 3147, expected more than the number before, 3147");
   refuses({{"/dynamics/pair_time_constants_s", {6, 60, 59}}},
-          "cell.json: /dynamics/pair_time_constants_s/2: found 59, wanted more than the number before, 60");
+          "cell.json: /dynamics/pair_time_constants_s/2: found 59, expected more than the number before, 60");
   refuses({{"/dynamics/rows/0/temperature_C", 25}},
-          "cell.json: /dynamics/rows/1/temperature_C: found 25, wanted more than in the row before, 25");
+          "cell.json: /dynamics/rows/1/temperature_C: found 25, expected more than in the row before, 25");
 }
 
 TEST_CASE("one mistake in the measured tables is one problem, several are told at once", "[unit][config]") {
   // A curve with one invalid point is not reported as not rising, nor is the row after an invalid temperature.
   refuses({{"/dynamics/rows/0/ocv_mV/7", 10'000}},
-          "cell.json: /dynamics/rows/0/ocv_mV/7: found 10000, wanted a number from 500 to 6000");
+          "cell.json: /dynamics/rows/0/ocv_mV/7: found 10000, expected a number from 500 to 6000");
   refuses({{"/dynamics/rows/0/temperature_C", 151}},
-          "cell.json: /dynamics/rows/0/temperature_C: found 151, wanted a number from -60 to 150");
-  refuses({{"/capacity_Ah", -1}}, "cell.json: /capacity_Ah: found -1, wanted a number from 0.01 to 10000");
+          "cell.json: /dynamics/rows/0/temperature_C: found 151, expected a number from -60 to 150");
+  refuses({{"/capacity_Ah", -1}}, "cell.json: /capacity_Ah: found -1, expected a number from 0.01 to 10000");
   const auto read = parse_cell_file(changed({{"/dynamics/activation_K", -1},
                                              {"/dynamics/rows/0/series_mOhm/0", 0},
                                              {"/dynamics/rows/0/series_mOhm/1", 0},
@@ -306,15 +305,15 @@ TEST_CASE("one mistake in the measured tables is one problem, several are told a
 
 TEST_CASE("a cell file by itself is checked as with a pack", "[unit][config]") {
   refuses({{"/voltage_min_mV", 3'100}},
-          "cell.json: /ocv: found 3000 to 4180 mV, wanted from voltage_min_mV, 3100, to voltage_max_mV, 4250");
-  refuses_cell(Json::array(), "cell.json: found [], wanted an object, { ... }");
+          "cell.json: /ocv: found 3000 to 4180 mV, expected from voltage_min_mV, 3100, to voltage_max_mV, 4250");
+  refuses_cell(Json::array(), "cell.json: found [], expected an object, { ... }");
   const auto broken = parse_cell_file("{\n\"name\": \n}", "cell.json");
   REQUIRE_FALSE(broken);
   CHECK(all_text(broken.error()).find("cell.json:3:1: found a syntax error") == 0);
   const std::string missing = (config_directory / "cells/missing.json").string();
   const auto unread = load_cell_file(missing);
   REQUIRE_FALSE(unread);
-  CHECK(all_text(unread.error()) == missing + ": found no such file, wanted a readable file of at most 1 MiB\n");
+  CHECK(all_text(unread.error()) == missing + ": found no such file, expected a readable file of at most 1 MiB\n");
 }
 
 TEST_CASE("measured tables within a pack are told of with their whole path", "[unit][config]") {
@@ -326,7 +325,7 @@ TEST_CASE("measured tables within a pack are told of with their whole path", "[u
   const auto read = parse_pack_config(pack.dump(), "pack.json", {});
   REQUIRE_FALSE(read);
   CHECK(all_text(read.error()) ==
-        "pack.json: /cell/dynamics/rows/1/kinetic_mOhm/20: found -1, wanted a number from 0 to 100000\n");
+        "pack.json: /cell/dynamics/rows/1/kinetic_mOhm/20: found -1, expected a number from 0 to 100000\n");
 }
 
 // --- writing --------------------------------------------------------------------------------------------------------

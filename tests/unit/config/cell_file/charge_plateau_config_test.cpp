@@ -81,9 +81,9 @@ TEST_CASE("what is wrong in it is named with its place", "[unit][config]") {
   CHECK(problem("sigma_Ah", 0).find("/charge_plateau/sigma_Ah") != std::string::npos);
   CHECK(problem("speed", 1).find("/charge_plateau") != std::string::npos);
   CHECK(problem("current_A", 0.02) ==
-        "cell.json: /charge_plateau/end_current_A: found 0.02, wanted less than current_A, 0.02\n");
+        "cell.json: /charge_plateau/end_current_A: found 0.02, expected less than current_A, 0.02\n");
   CHECK(problem("temperature_min_C", 40) ==
-        "cell.json: /charge_plateau/temperature_min_C: found 40, wanted less than temperature_max_C, 40\n");
+        "cell.json: /charge_plateau/temperature_min_C: found 40, expected less than temperature_max_C, 40\n");
   const auto none = parse_cell_file(cell_with(5).dump(), "cell.json");
   REQUIRE_FALSE(none);
 }

@@ -94,60 +94,62 @@ TEST_CASE("each derating table may be left out, and all of them", "[unit][config
 
 TEST_CASE("a derating table has its form", "[unit][config][derating]") {
   refuses_cell({{"/charge_over_soc", 1}},
-               "/charge_over_soc: found 1, wanted a list of 2 to 16 pairs, [soc_permille, share_permille]");
-  refuses_cell({{"/charge_over_temperature", Json::parse("[[0, 0]]")}},
-               "/charge_over_temperature: found 1 pairs, wanted a list of 2 to 16 pairs, [temperature_dC, "
-               "share_permille]");
+               "/charge_over_soc: found 1, expected a list of 2 to 16 pairs, [soc_permille, share_permille]");
+  refuses_cell(
+      {{"/charge_over_temperature", Json::parse("[[0, 0]]")}},
+      "/charge_over_temperature: found 1 pairs, expected a list of 2 to 16 pairs, [temperature_dC, share_permille]");
   Json many = Json::array();
   for (int point = 0; point < 16; ++point) many.push_back({point * 10, point * 10});
   accepts_cell({{"/charge_over_temperature", many}});
   many.push_back({160, 160});
-  refuses_cell({{"/charge_over_temperature", many}},
-               "/charge_over_temperature: found 17 pairs, wanted a list of 2 to 16 pairs, [temperature_dC, "
-               "share_permille]");
+  refuses_cell(
+      {{"/charge_over_temperature", many}},
+      "/charge_over_temperature: found 17 pairs, expected a list of 2 to 16 pairs, [temperature_dC, share_permille]");
   refuses_cell({{"/discharge_over_soc/1", 5}},
-               "/discharge_over_soc/1: found 5, wanted a pair, [soc_permille, share_permille]");
+               "/discharge_over_soc/1: found 5, expected a pair, [soc_permille, share_permille]");
   refuses_cell({{"/discharge_over_temperature/1", Json::parse("[1, 2, 3]")}},
-               "/discharge_over_temperature/1: found [1,2,3], wanted a pair, [temperature_dC, share_permille]");
+               "/discharge_over_temperature/1: found [1,2,3], expected a pair, [temperature_dC, share_permille]");
   refuses_cell({{"/charge_over_heat", 1}},
-               "/charge_over_heat: found an unknown key, wanted a known key; did you mean \"charge_over_soc\"?");
+               "/charge_over_heat: found an unknown key, expected a known key; did you mean \"charge_over_soc\"?");
 }
 
 TEST_CASE("numbers of a derating table reach their ends and do not pass them", "[unit][config][derating]") {
   accepts_cell({{"/discharge_over_temperature", Json::parse("[[-600, 0], [1500, 1000]]")}});
   refuses_cell({{"/discharge_over_temperature/0/0", -601}},
-               "/discharge_over_temperature/0/0: found -601, wanted a whole number from -600 to 1500");
+               "/discharge_over_temperature/0/0: found -601, expected a whole number from -600 to 1500");
   refuses_cell({{"/discharge_over_temperature/1/0", 1'501}},
-               "/discharge_over_temperature/1/0: found 1501, wanted a whole number from -600 to 1500");
+               "/discharge_over_temperature/1/0: found 1501, expected a whole number from -600 to 1500");
   refuses_cell({{"/discharge_over_temperature/0/1", -1}},
-               "/discharge_over_temperature/0/1: found -1, wanted a whole number from 0 to 1000");
+               "/discharge_over_temperature/0/1: found -1, expected a whole number from 0 to 1000");
   refuses_cell({{"/discharge_over_temperature/1/1", 1'001}},
-               "/discharge_over_temperature/1/1: found 1001, wanted a whole number from 0 to 1000");
+               "/discharge_over_temperature/1/1: found 1001, expected a whole number from 0 to 1000");
   refuses_cell({{"/charge_over_soc/2/0", 1'001}},
-               "/charge_over_soc/2/0: found 1001, wanted a whole number from 0 to 1000");
-  refuses_cell({{"/charge_over_soc/0/0", -1}}, "/charge_over_soc/0/0: found -1, wanted a whole number from 0 to 1000");
+               "/charge_over_soc/2/0: found 1001, expected a whole number from 0 to 1000");
+  refuses_cell({{"/charge_over_soc/0/0", -1}},
+               "/charge_over_soc/0/0: found -1, expected a whole number from 0 to 1000");
 }
 
 TEST_CASE("places of a derating table rise, over the charge from empty to full", "[unit][config][derating]") {
   refuses_cell({{"/charge_over_temperature/2/0", 100}},
-               "/charge_over_temperature/2/0: found 100, wanted more than in the pair before, 100");
+               "/charge_over_temperature/2/0: found 100, expected more than in the pair before, 100");
   accepts_cell({{"/charge_over_temperature/2/0", 101}});
-  refuses_cell({{"/charge_over_soc/0/0", 1}}, "/charge_over_soc/0/0: found 1, wanted 0 in the first pair");
-  refuses_cell({{"/discharge_over_soc/2/0", 999}}, "/discharge_over_soc/2/0: found 999, wanted 1000 in the last pair");
+  refuses_cell({{"/charge_over_soc/0/0", 1}}, "/charge_over_soc/0/0: found 1, expected 0 in the first pair");
+  refuses_cell({{"/discharge_over_soc/2/0", 999}},
+               "/discharge_over_soc/2/0: found 999, expected 1000 in the last pair");
 }
 
 TEST_CASE("in the cold charging ends, and nothing rises again that has fallen", "[unit][config][derating][BMU_15]") {
   refuses_cell({{"/charge_over_temperature/0/1", 1}},
-               "/charge_over_temperature/0/1: found 1, wanted 0 in the first pair: in the cold nothing is charged");
+               "/charge_over_temperature/0/1: found 1, expected 0 in the first pair: in the cold nothing is charged");
   accepts_cell({{"/discharge_over_temperature/0/1", 0}});
   refuses_cell({{"/charge_over_temperature/2/1", 200}, {"/charge_over_temperature/3/1", 201}},
-               "/charge_over_temperature/3/1: found 201, wanted at most as much as in the pair before, 200, as it has "
-               "fallen already");
+               "/charge_over_temperature/3/1: found 201, expected at most as much as in the pair before, 200, as it "
+               "has fallen already");
   accepts_cell({{"/charge_over_temperature/2/1", 200}, {"/charge_over_temperature/3/1", 200}});
   refuses_cell({{"/charge_over_soc/1/1", 500}, {"/charge_over_soc/2/1", 501}},
-               "/charge_over_soc/2/1: found 501, wanted at most as much as in the pair before, 500");
+               "/charge_over_soc/2/1: found 501, expected at most as much as in the pair before, 500");
   refuses_cell({{"/discharge_over_soc/2/1", 999}},
-               "/discharge_over_soc/2/1: found 999, wanted at least as much as in the pair before, 1000");
+               "/discharge_over_soc/2/1: found 999, expected at least as much as in the pair before, 1000");
   accepts_cell({{"/discharge_over_soc/0/1", 1'000}});
 }
 
@@ -227,7 +229,7 @@ TEST_CASE("parts arrive as they are written, a peak that is left out as the cont
 }
 
 TEST_CASE("a part has a name of its own and says what it bears", "[unit][config][parts]") {
-  refuses({{"/component_limits", 1}}, "/component_limits: found 1, wanted a list of at most 16 parts, [{ ... }]");
+  refuses({{"/component_limits", 1}}, "/component_limits: found 1, expected a list of at most 16 parts, [{ ... }]");
   Json many = Json::array();
   for (int part = 0; part < 16; ++part) {
     many.push_back({{"name", "part " + std::to_string(part)}, {"charge_peak_mA", 1}});
@@ -235,16 +237,16 @@ TEST_CASE("a part has a name of its own and says what it bears", "[unit][config]
   CHECK(core_of({{"/component_limits", many}}).component_limits.size() == 16);
   many.push_back(fuse);
   refuses({{"/component_limits", many}},
-          "/component_limits: found 17 parts, wanted a list of at most 16 parts, [{ ... }]");
-  refuses({{"/component_limits", Json::array({1})}}, "/component_limits/0: found 1, wanted an object, { ... }");
+          "/component_limits: found 17 parts, expected a list of at most 16 parts, [{ ... }]");
+  refuses({{"/component_limits", Json::array({1})}}, "/component_limits/0: found 1, expected an object, { ... }");
   refuses({{"/component_limits", Json::array({fuse, fuse})}},
-          "/component_limits/1/name: found \"main fuse\", wanted a name no other part has");
+          "/component_limits/1/name: found \"main fuse\", expected a name no other part has");
   refuses({{"/component_limits", Json::array({{{"name", "fuse"}}})}},
-          "/component_limits/0: found {\"name\":\"fuse\"}, wanted a current that it bears");
+          "/component_limits/0: found {\"name\":\"fuse\"}, expected a rated current");
   refuses({{"/component_limits", Json::array({{{"charge_peak_mA", 1}}})}},
-          "/component_limits/0/name: found nothing, wanted this key, which is required");
+          "/component_limits/0/name: missing, expected this required key");
   refuses({{"/component_limits", Json::array({changed(fuse, {{"/discharge_peak_mA", 54'999}})})}},
-          "/component_limits/0/discharge_continuous_mA: found 55000, wanted at most discharge_peak_mA, 54999");
+          "/component_limits/0/discharge_continuous_mA: found 55000, expected at most discharge_peak_mA, 54999");
   CHECK(core_of({{"/component_limits", Json::array({changed(fuse, {{"/discharge_peak_mA", 55'000}})})}})
             .component_limits.size() == 1);
 }
@@ -255,24 +257,24 @@ TEST_CASE("the user wants no more than the pack carries", "[unit][config][parts]
   CHECK(core.user_limits.discharge_continuous_mA == 60'000);
   CHECK(core.user_limits.discharge_peak_mA == 60'000);
   CHECK(core.user_limits.charge_peak_mA == 0);
-  refuses({{"/user_limits", {{"discharge_continuous_mA", 60'001}}}},
-          "/user_limits/discharge_continuous_mA: found 60001, wanted at most discharge_continuous_mA of current, "
-          "60000");
+  refuses(
+      {{"/user_limits", {{"discharge_continuous_mA", 60'001}}}},
+      "/user_limits/discharge_continuous_mA: found 60001, expected at most discharge_continuous_mA of current, 60000");
   refuses({{"/user_limits", {{"discharge_peak_mA", 80'001}}}},
-          "/user_limits/discharge_peak_mA: found 80001, wanted at most discharge_peak_mA of current, 80000");
+          "/user_limits/discharge_peak_mA: found 80001, expected at most discharge_peak_mA of current, 80000");
   refuses({{"/user_limits", {{"charge_continuous_mA", 20'001}}}},
-          "/user_limits/charge_continuous_mA: found 20001, wanted at most charge_continuous_mA of current, 20000");
+          "/user_limits/charge_continuous_mA: found 20001, expected at most charge_continuous_mA of current, 20000");
   refuses({{"/user_limits", {{"charge_peak_mA", 24'001}}}, {"/current/charge_peak_mA", 24'000}},
-          "/user_limits/charge_peak_mA: found 24001, wanted at most charge_peak_mA of current, 24000");
+          "/user_limits/charge_peak_mA: found 24001, expected at most charge_peak_mA of current, 24000");
   refuses({{"/user_limits", {{"charge_peak_mA", 9'000}, {"charge_continuous_mA", 9'001}}}},
-          "/user_limits/charge_continuous_mA: found 9001, wanted at most charge_peak_mA, 9000");
+          "/user_limits/charge_continuous_mA: found 9001, expected at most charge_peak_mA, 9000");
 }
 
 TEST_CASE("a limp-home floor is asked for, and no more than the continuous current", "[unit][config][limp_home]") {
   CHECK(core_of({}).current.limp_home_discharge_mA == 0);
   CHECK(core_of({{"/current/limp_home_discharge_mA", 60'000}}).current.limp_home_discharge_mA == 60'000);
   refuses({{"/current/limp_home_discharge_mA", 60'001}},
-          "/current/limp_home_discharge_mA: found 60001, wanted at most discharge_continuous_mA, 60000");
+          "/current/limp_home_discharge_mA: found 60001, expected at most discharge_continuous_mA, 60000");
 }
 
 TEST_CASE("rules of the whole pack are none unless the file has them", "[unit][config][POW_1]") {
@@ -288,7 +290,7 @@ TEST_CASE("a pack whose full voltage is above what rules allow is refused", "[un
   // 48 cells that open at 4.23 V: 203.04 V.
   CHECK(core_of({{"/pack_limits/voltage_max_V", 204}}).pack_limits.voltage_max_V == 204);
   refuses({{"/pack_limits/voltage_max_V", 203}},
-          "/pack_limits/voltage_max_V: found 203, wanted at least 203.04, which 48 cells have at open_mV of "
+          "/pack_limits/voltage_max_V: found 203, expected at least 203.04, which 48 cells have at open_mV of "
           "cell_overvoltage");
 }
 
@@ -305,15 +307,14 @@ TEST_CASE("the intake air is what the file says of the source that it names", "[
   CHECK(of_file.source == AirSource::file);
   CHECK(of_file.age_max == 5s);
   refuses({{"/intake_air", {{"source", "module"}}}},
-          "/intake_air/module: found 0, wanted the node number of a module of this pack");
+          "/intake_air/module: found 0, expected the node number of a module of this pack");
   refuses({{"/intake_air", {{"source", "module"}, {"module", 9}}}},
-          "/intake_air/module: found 9, wanted the node number of a module of this pack");
+          "/intake_air/module: found 9, expected the node number of a module of this pack");
   refuses({{"/intake_air", {{"source", "pdu"}, {"module", 1}}}},
-          "/intake_air/module: found 1, wanted 0, as the source is not module");
-  refuses({{"/intake_air", {{"source", "file"}}}},
-          "/intake_air/file: found nothing, wanted a path, as the source is file");
+          "/intake_air/module: found 1, expected 0, as the source is not module");
+  refuses({{"/intake_air", {{"source", "file"}}}}, "/intake_air/file: missing, expected a path, as the source is file");
   refuses({{"/intake_air", {{"source", "pdu"}, {"file", file}}}},
-          "/intake_air/file: found \"" + file + "\", wanted nothing, as the source is not file");
+          "/intake_air/file: found \"" + file + "\", expected nothing, as the source is not file");
 }
 
 TEST_CASE("ramps are what the file says, or all in a quarter of a second down and in ten seconds up",
@@ -338,18 +339,17 @@ TEST_CASE("ramps are what the file says, or all in a quarter of a second down an
 TEST_CASE("a limit that could not be gone within the foreseen time is refused", "[unit][config][ramp]") {
   const std::string gone = ", so that all that may flow is gone in the 10 s that voltages are foreseen";
   refuses({{"/limit_ramp", {{"charge_fall_A_per_s", 2.499}}}},
-          "/limit_ramp/charge_fall_A_per_s: found 2.499, wanted at least 2.5" + gone);
+          "/limit_ramp/charge_fall_A_per_s: found 2.499, expected at least 2.5" + gone);
   refuses({{"/limit_ramp", {{"discharge_fall_A_per_s", 0.001}}}},
-          "/limit_ramp/discharge_fall_A_per_s: found 0.001, wanted at least 8" + gone);
+          "/limit_ramp/discharge_fall_A_per_s: found 0.001, expected at least 8" + gone);
 }
 
 TEST_CASE("a pause to measure that could never come is refused", "[unit][config][charge_pause]") {
   CHECK(core_of({{"/soc", {{"resistance_pause_permille", 0}}}}).soc.resistance_pause_permille == 0);
   CHECK(core_of({{"/soc", {{"resistance_pause_permille", 50}}}}).soc.resistance_pause_permille == 50);
-  refuses(
-      {{"/soc", {{"resistance_pause_permille", 49}}}},
-      "/soc/resistance_pause_permille: found 49, wanted 0, or at least 50: a pause is only made after the charge has "
-      "been so far below");
+  refuses({{"/soc", {{"resistance_pause_permille", 49}}}},
+          "/soc/resistance_pause_permille: found 49, expected 0, or at least 50: a pause is only made after the charge "
+          "has been so far below");
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ TEST_CASE("half a percent is no difference", "[unit][config][bus_rate]") {
   CHECK(verdict(small(), 497'499) == RateVerdict::differs);
   CHECK(verdict(small(), 502'500) == RateVerdict::as_wanted);
   CHECK(verdict(small(), 502'501) == RateVerdict::differs);
-  CHECK(judge_rate(small(), "pack.json", 498'753).text == "can0 is set to 498.753 kbit/s, as wanted");
+  CHECK(judge_rate(small(), "pack.json", 498'753).text == "can0: bitrate 498.753 kbit/s as configured");
 }
 
 TEST_CASE("a difference that fits is told with interface, found, wanted and what follows", "[unit][config][bus_rate]") {
@@ -61,20 +61,20 @@ TEST_CASE("a difference that fits is told with interface, found, wanted and what
   CHECK(finding.verdict == RateVerdict::differs);
   CHECK(finding.found_bit_per_s == 125'000);
   CHECK(finding.wanted_bit_per_s == 500'000);
-  CHECK(
-      finding.text ==
-      "pack.json: /buses/internal_kbit_per_s: found can0 set to 125 kbit/s, wanted 500 kbit/s; internal bus at 125 "
-      "kbit/s: in use for up to 49 % of the time, a poll cycle takes up to 48 ms, which fits; who is set to 500 kbit/s "
-      "is not understood");
+  CHECK(finding.text ==
+        "pack.json: /buses/internal_kbit_per_s: found can0 at 125 kbit/s, expected 500 kbit/s; internal bus at 125 "
+        "kbit/s: in use for up to 49 % of the time, a poll cycle takes up to 48 ms, which is sufficient, but nodes at "
+        "500 kbit/s cannot communicate");
   CHECK(verdict(large(), 1'000'000) == RateVerdict::differs);
 }
 
 TEST_CASE("a bit rate that the cycle does not fit at is too slow, and says for what", "[unit][config][bus_rate]") {
   const RateFinding finding = judge_rate(large(), "pack.json", 250'000);
   CHECK(finding.verdict == RateVerdict::too_slow);
-  CHECK(finding.text.find("pack.json: /buses/internal_kbit_per_s: found can0 set to 250 kbit/s, wanted 500 kbit/s; ") ==
+  CHECK(finding.text.find("pack.json: /buses/internal_kbit_per_s: found can0 at 250 kbit/s, expected 500 kbit/s; ") ==
         0);
-  CHECK(finding.text.find("a poll cycle takes up to 85 ms, too long for /poll/period_ms 50") != std::string::npos);
+  CHECK(finding.text.find("a poll cycle takes up to 85 ms, bus load too high for /poll/period_ms 50") !=
+        std::string::npos);
   CHECK(verdict(small(), 999) == RateVerdict::too_slow);
   CHECK(verdict(small(), 1) == RateVerdict::too_slow);
 }
@@ -90,7 +90,7 @@ TEST_CASE("an age that has no room for a lost answer at the real rate is too slo
   PackConfig pack = small();
   CHECK(verdict(pack, 119'000) == RateVerdict::differs);   // 49.6 ms
   CHECK(verdict(pack, 118'000) == RateVerdict::too_slow);  // 52.3 ms: another period of commands has begun
-  CHECK(judge_rate(pack, "pack.json", 118'000).text.find("too long for /ages/cell_voltage_ms 250") !=
+  CHECK(judge_rate(pack, "pack.json", 118'000).text.find("bus load too high for /ages/cell_voltage_ms 250") !=
         std::string::npos);
 }
 
@@ -102,7 +102,8 @@ TEST_CASE("a fast pace that the file names must fit, one that it leaves out foll
   CHECK(at_rate(pack, 1'000'000).core.poll.fast_period == 50ms);
   pack.poll_in_file.fast_period = pack.core.poll.fast_period;
   CHECK(verdict(pack, 125'000) == RateVerdict::too_slow);
-  CHECK(judge_rate(pack, "pack.json", 125'000).text.find("too long for /poll/fast_period_ms 50") != std::string::npos);
+  CHECK(judge_rate(pack, "pack.json", 125'000).text.find("bus load too high for /poll/fast_period_ms 50") !=
+        std::string::npos);
   CHECK(verdict(pack, 250'000) == RateVerdict::differs);
 }
 

@@ -72,15 +72,15 @@ TEST_CASE("contactors break at least what flows for ever, where the file says wh
 
 TEST_CASE("confirming takes no longer than the reaction allows", "[unit][config][FS_2]") {
   accepts({{"/limits/cell_overvoltage/confirm_ms", 190}});
-  refuses(
-      {{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
-      "found 191, wanted at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within 450 ms");
+  refuses({{"/limits/cell_overvoltage/confirm_ms", 191}}, "/limits/cell_overvoltage/confirm_ms",
+          "found 191, expected at most 190 with cell_voltage_ms 250, so that cell_overvoltage opens the pack within "
+          "450 ms");
   // A temperature that crosses its limit just after the module's sample is measured with the next sample and read with
   // the next poll.
   accepts({{"/limits/cell_overtemperature/confirm_ms", 340}});
   refuses(
       {{"/limits/cell_overtemperature/confirm_ms", 341}}, "/limits/cell_overtemperature/confirm_ms",
-      "at most 340 where modules sample every 500 ms and are asked every 100 ms, so that cell_overtemperature opens "
+      "at most 340 where modules sample every 500 ms and are polled every 100 ms, so that cell_overtemperature opens "
       "the pack within 950 ms");
   refuses({{"/ages/temperature_ms", 640}, {"/limits/cell_overtemperature/confirm_ms", 301}},
           "/limits/cell_overtemperature/confirm_ms", "at most 300 with temperature_ms 640");
@@ -96,16 +96,16 @@ TEST_CASE("a limit that lets the current fall first has that much less to confir
   accepts({{"/limits/cell_undertemperature/confirm_ms", 190}});
   refuses(
       {{"/limits/cell_undertemperature/confirm_ms", 191}}, "/limits/cell_undertemperature/confirm_ms",
-      "at most 190 where modules sample every 500 ms and are asked every 100 ms, so that cell_undertemperature opens "
+      "at most 190 where modules sample every 500 ms and are polled every 100 ms, so that cell_undertemperature opens "
       "the pack within 950 ms, its grace of 150 ms included");
 }
 
 TEST_CASE("what no pack needs is refused", "[unit][config]") {
   accepts({{"/contactors/precharge_current_max_mA", 5'000}, {"/contactors/precharge_overcurrent_mA", 5'001}});
   refuses({{"/contactors/precharge_current_max_mA", 100'000}}, "/contactors/precharge_current_max_mA",
-          "found 100000, wanted a whole number from 1 to 5000, as more than that is a load or a short");
+          "found 100000, expected a whole number from 1 to 5000, a higher current is a load or a short circuit");
   accepts({{"/contactors/feedback_timeout_ms", 240}});
-  refuses({{"/contactors/feedback_timeout_ms", 241}}, "/contactors/feedback_timeout_ms", "within 300 ms");
+  refuses({{"/contactors/feedback_timeout_ms", 241}}, "/contactors/feedback_timeout_ms", "300 ms reaction time");
   accepts({{"/limits/discharge_overcurrent/open_mA", 1'500'000}});
   refuses({{"/limits/discharge_overcurrent/open_mA", 2'000'000}}, "/limits/discharge_overcurrent/open_mA",
           "from 10 to 1500000");
@@ -117,36 +117,36 @@ TEST_CASE("a precharge may last longer than the slowest contact and the fastest 
           "[unit][config]") {
   accepts({{"/contactors/precharge_timeout_ms", 301}});
   refuses({{"/contactors/precharge_timeout_ms", 300}}, "/contactors/precharge_timeout_ms",
-          "found 300, wanted more than settle_ms and feedback_timeout_ms, 300");
+          "found 300, expected more than settle_ms and feedback_timeout_ms, 300");
   accepts({{"/contactors/precharge_timeout_ms", 720}, {"/contactors/precharge_min_ms", 600}});
   refuses({{"/contactors/precharge_timeout_ms", 719}, {"/contactors/precharge_min_ms", 600}},
-          "/contactors/precharge_timeout_ms", "found 719, wanted precharge_min_ms, 600, and 120 ms at least");
+          "/contactors/precharge_timeout_ms", "found 719, expected precharge_min_ms, 600, and 120 ms at least");
   accepts({{"/contactors/precharge_timeout_ms", 10'000}});
   refuses({{"/contactors/precharge_timeout_ms", 10'001}}, "/contactors/precharge_timeout_ms",
-          "wanted a whole number from 100 to 10000, as a resistor that takes longer is the wrong one");
+          "expected a whole number from 100 to 10000, a resistor that takes longer does not fit the DC link");
 }
 
 TEST_CASE("every pack says how soon a link cannot be charged", "[unit][config]") {
   Json pack = valid_pack();
   pack["contactors"].erase("precharge_min_ms");
-  refuses_text(pack.dump(), "/contactors/precharge_min_ms", "found nothing, wanted this key, which is required");
+  refuses_text(pack.dump(), "/contactors/precharge_min_ms", "missing, expected this required key");
   pack.erase("contactors");
-  refuses_text(pack.dump(), "/contactors", "found nothing, wanted this key, which is required");
+  refuses_text(pack.dump(), "/contactors", "missing, expected this required key");
   accepts({{"/contactors/precharge_min_ms", 80}});
   refuses({{"/contactors/precharge_min_ms", 79}}, "/contactors/precharge_min_ms",
-          "wanted a whole number from 80 to 1000, as the link voltage comes every 60 ms");
+          "expected a whole number from 80 to 1000, the interval of the DC link voltage is 60 ms");
 }
 
 TEST_CASE("a precharge resistor can do what is asked of it", "[unit][config]") {
   // 48 cells of 4.23 V and 100 ohm: 203.04 V, 2.03 A, 412 W.
   accepts({{"/contactors/precharge_overcurrent_mA", 2'031}});
   refuses({{"/contactors/precharge_overcurrent_mA", 2'030}}, "/contactors/precharge_overcurrent_mA",
-          "found 2030, wanted more than 2030, with which the precharge of a full pack of 203040 mV begins");
+          "found 2030, expected more than 2030, with which the precharge of a full pack of 203040 mV begins");
   accepts({{"/contactors/precharge_overcurrent_mA", 0}});
   // To 95 % in 100 ms or more: at least 412 W * 0.1 s * 0.9975 / (2 * ln 20) = 6.86 J.
   accepts({{"/contactors/precharge_energy_J", 7}});
   refuses({{"/contactors/precharge_energy_J", 6}}, "/contactors/precharge_energy_J",
-          "found 6, wanted at least 7, what charging any link in precharge_min_ms or longer");
+          "found 6, expected at least 7, what charging any link in precharge_min_ms or longer");
   accepts({{"/contactors/precharge_energy_J", 0}});
   accepts({{"/contactors/precharge_energy_J", 1}, {"/contactors/precharge_done_permille", 1'000}});
   accepts({{"/contactors/precharge_overcurrent_mA", 600},
@@ -160,11 +160,11 @@ TEST_CASE("of two keys that mean nothing alone the one that is missing is named"
         std::pair{"heater_on_dC", "heater_off_dC"}, std::pair{"heater_off_dC", "heater_on_dC"}}) {
     CAPTURE(given);
     refuses({{"/auxiliary", Json{{given, 200}}}}, std::string("/auxiliary/") + missing,
-            std::string("found nothing, wanted this key, as ") + given + " is given");
+            std::string("missing, expected this key, as ") + given + " is given");
   }
   accepts({{"/auxiliary/throttle_on_permille", 60}, {"/auxiliary/throttle_off_permille", 1}});
   refuses({{"/auxiliary/throttle_on_permille", 60}}, "/auxiliary/throttle_off_permille",
-          "found 0, wanted more than 0, or what throttle_on_permille has switched on stays on");
+          "found 0, expected more than 0, or what throttle_on_permille has switched on stays on");
 }
 
 TEST_CASE("what a pack closed for charging may lose is between the sensor's accuracy and 1 A", "[unit][config]") {
@@ -172,18 +172,18 @@ TEST_CASE("what a pack closed for charging may lose is between the sensor's accu
   accepts({{"/contactors/charge_only_discharge_mA", 1'000}});
   refuses({{"/contactors/charge_only_discharge_mA", 99}}, "/contactors/charge_only_discharge_mA", "from 100 to 1000");
   refuses({{"/contactors/charge_only_discharge_mA", 1'001}}, "/contactors/charge_only_discharge_mA",
-          "as sensors are no more accurate than the one");
+          "the minimum is the accuracy of sensors");
 }
 
 TEST_CASE("two numbers that contradict each other are both named", "[unit][config]") {
   refuses({{"/current/discharge_peak_mA", 59'999}}, "/current/discharge_peak_mA",
-          "found 59999, wanted at least discharge_continuous_mA, 60000");
+          "found 59999, expected at least discharge_continuous_mA, 60000");
   refuses({{"/current/discharge_peak_mA", 90'000}}, "/limits/discharge_overcurrent/open_mA",
-          "found 90000, wanted more than discharge_peak_mA, 90000");
+          "found 90000, expected more than discharge_peak_mA, 90000");
   refuses({{"/contactors/precharge_overcurrent_mA", 500}}, "/contactors/precharge_overcurrent_mA",
           "more than precharge_current_max_mA, 500");
   refuses({{"/contactors/precharge_resistance_Ohm", 0}}, "/contactors/precharge_resistance_Ohm",
-          "found 0, wanted more than 0, so that precharge_energy_J can be watched");
+          "found 0, expected more than 0, so that precharge_energy_J can be watched");
   refuses({{"/insulation/warn_Ohm_per_V", 500}}, "/insulation/warn_Ohm_per_V", "more than open_Ohm_per_V, 500");
   refuses({{"/auxiliary/fan_on_dC", 300}, {"/auxiliary/fan_off_dC", 300}}, "/auxiliary/fan_on_dC",
           "more than fan_off_dC, 300");
@@ -192,9 +192,9 @@ TEST_CASE("two numbers that contradict each other are both named", "[unit][confi
   refuses({{"/auxiliary/throttle_off_permille", 1}}, "/auxiliary/throttle_on_permille",
           "at least throttle_off_permille, 1");
   refuses({{"/limits/charge_overtemperature/open_dC", 581}}, "/limits/cell_overtemperature/open_dC",
-          "found 580, wanted at least open_dC of charge_overtemperature, 581");
+          "found 580, expected at least open_dC of charge_overtemperature, 581");
   refuses({{"/limits/charge_undertemperature/limit_dC", 51}}, "/limits/charge_undertemperature/limit_dC",
-          "found 51, wanted from warn_dC, 50, to before open_dC, 0");
+          "found 51, expected from warn_dC, 50, to before open_dC, 0");
   refuses({{"/insulation/monitoring", "perhaps"}}, "/insulation/monitoring", "ok_line or measured");
 }
 
@@ -204,27 +204,27 @@ TEST_CASE("limits that guard nothing, or cross each other, are refused with what
   accepts({{"/limits/cell_deep_discharge", deep}});
   refuses({{"/limits/cell_deep_discharge", deep}, {"/limits/cell_deep_discharge/open_mV", 2'499}},
           "/limits/cell_deep_discharge/open_mV",
-          "found 2499, wanted at least 2500, the cell's absolute voltage_min_mV");
+          "found 2499, expected at least 2500, the cell's absolute voltage_min_mV");
   // 420 - 20 - 10 = 390: here the two warnings and their hystereses meet.
   accepts({{"/limits/charge_undertemperature/limit_dC", 389}, {"/limits/charge_undertemperature/warn_dC", 389}});
   refuses({{"/limits/charge_undertemperature/limit_dC", 390}, {"/limits/charge_undertemperature/warn_dC", 390}},
           "/limits/charge_undertemperature/warn_dC",
-          "found 390, wanted less than 390, which is warn_dC of charge_overtemperature less both hystereses");
+          "found 390, expected less than 390, which is warn_dC of charge_overtemperature less both hystereses");
   const Json board = limit(R"({"warn_dC":-309,"open_dC":-200,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
   accepts({{"/limits/board_overtemperature", board}});
   refuses({{"/limits/board_overtemperature", board}, {"/limits/board_overtemperature/warn_dC", -310}},
           "/limits/board_overtemperature/warn_dC",
-          "found -310, wanted more than -310, which is warn_dC of board_undertemperature and both hystereses");
+          "found -310, expected more than -310, which is warn_dC of board_undertemperature and both hystereses");
   accepts({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":251,"heater_on_dC":200,"heater_off_dC":250})")}});
   refuses({{"/auxiliary", limit(R"({"fan_on_dC":300,"fan_off_dC":250,"heater_on_dC":200,"heater_off_dC":250})")}},
-          "/auxiliary/fan_off_dC", "found 250, wanted more than heater_off_dC, 250");
+          "/auxiliary/fan_off_dC", "found 250, expected more than heater_off_dC, 250");
 }
 
 TEST_CASE("a difference that opens is less than what it is a difference of", "[unit][config][F79]") {
   // 48 cells of 4.23 V.
   accepts({{"/limits/pack_voltage_mismatch/open_mV", 20'304}});
   refuses({{"/limits/pack_voltage_mismatch/open_mV", 20'305}}, "/limits/pack_voltage_mismatch/open_mV",
-          "found 20305, wanted at most 20304, a tenth of the full pack");
+          "found 20305, expected at most 20304, a tenth of the full pack");
   const Json module =
       Json::parse(R"({"warn_mV":100,"open_mV":5076,"hysteresis_mV":50,"confirm_ms":100,"clear_ms":1000})");
   accepts({{"/limits/module_voltage_mismatch", module}});
@@ -235,7 +235,7 @@ TEST_CASE("a difference that opens is less than what it is a difference of", "[u
           "/limits/module_voltage_mismatch/open_mV", "at most 846");
   accepts({{"/limits/cell_imbalance/open_mV", 1'429}});
   refuses({{"/limits/cell_imbalance/open_mV", 1'430}}, "/limits/cell_imbalance/open_mV",
-          "found 1430, wanted at most 1429, less than the distance from cell_undervoltage to cell_overvoltage");
+          "found 1430, expected at most 1429, less than the distance from cell_undervoltage to cell_overvoltage");
   const Json spread =
       Json::parse(R"({"warn_dC":100,"open_dC":679,"hysteresis_dC":20,"confirm_ms":100,"clear_ms":1000})");
   accepts({{"/limits/temperature_spread", spread}});
@@ -278,7 +278,7 @@ TEST_CASE("a limit between two current sensors wants two", "[unit][config]") {
       Json::parse(R"({"warn_mA":1000,"open_mA":2000,"hysteresis_mA":100,"confirm_ms":100,"clear_ms":1000})");
   accepts({{"/limits/current_sensors_disagree", apart}, {"/sensor/has_second_current", true}});
   refuses({{"/limits/current_sensors_disagree", apart}}, "/limits/current_sensors_disagree",
-          "found a limit, wanted nothing, as sensor/has_second_current is false");
+          "found a limit, expected nothing, as sensor/has_second_current is false");
 }
 
 TEST_CASE("every fault of the table with a confirm time of its own has a key for it", "[unit][config]") {
@@ -312,7 +312,7 @@ TEST_CASE("resistances and overloads have limits of the pack file's own, within 
   refuses({{"/limits/pack_resistance", limit(1'000, 1'600)}}, "/limits/pack_resistance/warn_permille", "from 1050");
   refuses({{"/limits/discharge_overload", limit(800, 1'001)}}, "/limits/discharge_overload/open_permille", "to 1000");
   refuses({{"/limits/discharge_overload", limit(800, 900)}}, "/limits/discharge_overload/open_permille",
-          "found 900, wanted more than 900");
+          "found 900, expected more than 900");
 }
 
 TEST_CASE("a limit of current may take from the allowed current before it opens", "[unit][config][BMU_13]") {
@@ -396,7 +396,7 @@ TEST_CASE("a section balancing that contradicts itself or the limits is refused"
   accepts({{"/balancing", on}});
   accepts(with("voltage_min_mV", 3'001));
   refuses(with("voltage_min_mV", 3'000), "/balancing/voltage_min_mV",
-          "found 3000, wanted more than warn_mV of cell_undervoltage, 3000");
+          "found 3000, expected more than warn_mV of cell_undervoltage, 3000");
   accepts(with("voltage_min_mV", 4'199));
   refuses(with("voltage_min_mV", 4'200), "/limits/cell_overvoltage/warn_mV", "more than voltage_min_mV of balancing");
   refuses(with("method", "ocv2"), "/balancing/method", "terminal_voltage, ocv or charge");
@@ -404,7 +404,7 @@ TEST_CASE("a section balancing that contradicts itself or the limits is refused"
   accepts(with("bleed_resistance_Ohm", 17));
   refuses(with("bleed_resistance_Ohm", 16), "/balancing/bleed_resistance_Ohm", "at least 17");
   accepts(with("board_max_dC", 101));
-  refuses(with("board_max_dC", 100), "/balancing/board_max_dC", "found 100, wanted more than board_min_dC");
+  refuses(with("board_max_dC", 100), "/balancing/board_max_dC", "found 100, expected more than board_min_dC");
   Json by_terminals = on;
   by_terminals["method"] = "terminal_voltage";
   by_terminals["top_mV"] = 4'200;
@@ -475,10 +475,10 @@ TEST_CASE("a module's serial number is its own, one for each node", "[unit][conf
 
 TEST_CASE("a fast pace is not slower, a parked one not faster, left out they follow", "[unit][config]") {
   accepts({{"/poll/fast_period_ms", 100}, {"/poll/parked_period_ms", 100}});
-  refuses({{"/poll/fast_period_ms", 101}}, "/poll/fast_period_ms", "found 101, wanted at most period_ms, 100");
-  refuses({{"/poll/parked_period_ms", 99}}, "/poll/parked_period_ms", "found 99, wanted at least period_ms, 100");
+  refuses({{"/poll/fast_period_ms", 101}}, "/poll/fast_period_ms", "found 101, expected at most period_ms, 100");
+  refuses({{"/poll/parked_period_ms", 99}}, "/poll/parked_period_ms", "found 99, expected at least period_ms, 100");
   refuses({{"/poll/parked_period_ms", 501}}, "/poll/parked_period_ms",
-          "found 501, wanted a whole number from 20 to 500");
+          "found 501, expected a whole number from 20 to 500");
   const auto pack = parse(valid_pack().dump());
   REQUIRE(pack);
   CHECK(pack->core.poll.fast_period == 50ms);
@@ -509,7 +509,7 @@ TEST_CASE("the OCV table rises from 0 to 1000 permille", "[unit][config]") {
   refuses({{"/cell/ocv/4/0", 100}}, "/cell/ocv/4/0", "more than in the pair before, 100");
   refuses({{"/cell/ocv/4/1", 3'430}}, "/cell/ocv/4/1", "more than in the pair before, 3430");
   refuses({{"/cell/ocv/4/1", 3'430.0005}}, "/cell/ocv/4/1", "microvolts");
-  refuses({{"/cell/ocv", {{0, 3'000}}}}, "/cell/ocv", "found 1 pairs, wanted a list of 2 to 64 pairs");
+  refuses({{"/cell/ocv", {{0, 3'000}}}}, "/cell/ocv", "found 1 pairs, expected a list of 2 to 64 pairs");
   accepts({{"/cell/ocv", {{0, 3'000}, {1'000, 4'100}}}});
   accepts({{"/cell/ocv/4/1", 3'430.001}});
 }
@@ -531,7 +531,7 @@ TEST_CASE("what a cell does slowly, when cold, and after a turn may be left out,
   CHECK(cell.hysteresis_charge_permille == 50.0);
   CHECK(cell.self_discharge_permille_per_month == 20.0);
   refuses({{"/cell/slow_rc_time_constant_s", 30}}, "/cell/slow_rc_time_constant_s",
-          "found 30, wanted more than rc_time_constant_s, 30");
+          "found 30, expected more than rc_time_constant_s, 30");
   accepts({{"/cell/slow_rc_time_constant_s", 30}, {"/cell/slow_rc_resistance_mOhm", 0}});
   refuses({{"/cell/hysteresis_mV", 200.1}}, "/cell/hysteresis_mV", "200");
   refuses({{"/cell/hysteresis_charge_permille", 0.9}}, "/cell/hysteresis_charge_permille", "1");
@@ -732,7 +732,7 @@ TEST_CASE("a charger is asked for what it can do, and for what the cells may hav
   accepts(charger({{"resume_below_permille", 900}, {"opens_when_full", false}}));
   refuses(charger({{"resume_below_permille", 900}}), "/charger/resume_below_permille", "opens_when_full");
   accepts(charger({{"protocol", "brusa_nlg5"}, {"requests_mains", true}}));
-  refuses(charger({{"requests_mains", true}}), "/charger/requests_mains", "elcon_tc has no word for it");
+  refuses(charger({{"requests_mains", true}}), "/charger/requests_mains", "elcon_tc does not support it");
   refuses(charger({{"protocol", ""}, {"requests_mains", true}}), "/charger/requests_mains", "no protocol is named");
   accepts(charger({{"master_address", "F5"}}));
   accepts(charger({{"protocol", "brusa_nlg5"}, {"master_address", "F4"}}));
@@ -754,7 +754,7 @@ TEST_CASE("a window of full cells that balancing cannot reach is warned of", "[u
   const ConfigProblems warnings = warnings_with(elcon(12));
   REQUIRE(warnings.size() == 1);
   CHECK(to_text(warnings[0]) ==
-        "pack.json: /charger/balance_window_mV: found 12, wanted at least 13, which balancing leaves: "
+        "pack.json: /charger/balance_window_mV: found 12, expected at least 13, which balancing leaves: "
         "balancing/dead_band_mV, 5, and twice the cell's hysteresis_mV");
   CHECK(warnings_with(elcon(13)).empty());
   CHECK(warnings_with(elcon(0)).empty());  // the width that balancing leaves

@@ -55,7 +55,7 @@ TEST_CASE("a cycle that does not fit between two polls is refused, with what wou
   refuses(
       large(38, 500, 290), "/poll/period_ms",
       "at least 103 at 500 kbit/s, or buses/internal_kbit_per_s 1000: all answers of 38 modules take up to 97 ms at "
-      "500 kbit/s, with those of modules asked alone up to 103 ms");
+      "500 kbit/s, with single polls of modules up to 103 ms");
   refuses(large(63, 500, 290), "/poll/period_ms", "buses/internal_kbit_per_s 1000: all answers of 63 modules take up");
   refuses(large(8, 125, 290), "/poll/period_ms", "at least 113 at 125 kbit/s, or buses/internal_kbit_per_s 250");
   refuses({{"/buses/internal_kbit_per_s", 124}}, "/buses/internal_kbit_per_s", "from 125 to 1000");
@@ -71,7 +71,7 @@ TEST_CASE("a fast pace whose answers do not fit is refused, with what would do",
   };
   refuses(with_fast(47, 500), "/poll/fast_period_ms",
           "at least 48 at 500 kbit/s, or buses/internal_kbit_per_s 1000: all answers of 16 modules take up to 43 ms at "
-          "500 kbit/s, with those of modules asked alone up to 48 ms");
+          "500 kbit/s, with single polls of modules up to 48 ms");
   accepts(with_fast(48, 500));
   accepts(with_fast(49, 500));
   accepts(with_fast(47, 1'000));
@@ -140,8 +140,8 @@ TEST_CASE("a bus that is in use for more than 70 % of the time is warned of", "[
   const ConfigProblems warnings = warnings_of(large(32, 500, 290));
   REQUIRE(warnings.size() == 1);
   CHECK(to_text(warnings[0]) ==
-        "pack.json: /poll/period_ms: found 100, which fills the internal bus to up to 73 %, wanted at least 105 at 500 "
-        "kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
+        "pack.json: /poll/period_ms: found 100, which fills the internal bus to up to 73 %, expected at least 105 at "
+        "500 kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
 }
 
 TEST_CASE("who else is on the modules' bus counts for its load", "[unit][config][BMS_F.2]") {
@@ -175,9 +175,8 @@ TEST_CASE("a bus without modules is refused if what is on it does not fit, and w
   const ConfigProblems problems = problems_at(14);
   REQUIRE(problems.size() == 1);
   CHECK(to_text(problems[0]) ==
-        "pack.json: /interfaces/vehicle_kbit_per_s: found 14, at which can1 is filled to up to 105 %, wanted at least "
-        "125, "
-        "or fewer on that bus, for at most 70 %");
+        "pack.json: /interfaces/vehicle_kbit_per_s: found 14, at which can1 is filled to up to 105 %, expected at "
+        "least 125, or fewer on that bus, for at most 70 %");
   CHECK(problems_at(20).empty());
   const ConfigProblems warnings = bus_warnings(pack, "pack.json");
   REQUIRE(warnings.size() == 1);
@@ -205,7 +204,7 @@ TEST_CASE("a fast pace that fills the bus is warned of by its own key", "[unit][
   CHECK(warnings_at(least_ms).empty());
   CHECK(warnings_at(100).empty());
   CHECK(to_text(warnings[0]) ==
-        "pack.json: /poll/fast_period_ms: found 90, which fills the internal bus to up to 74 %, wanted at least " +
+        "pack.json: /poll/fast_period_ms: found 90, which fills the internal bus to up to 74 %, expected at least " +
             std::to_string(least_ms) + " at 500 kbit/s, or buses/internal_kbit_per_s 1000, for at most 70 %");
   CHECK(least_ms == 97);
 }
@@ -248,7 +247,7 @@ TEST_CASE("a temperature that is no longer told opens the pack in time", "[unit]
 
 TEST_CASE("there are at most 63 modules", "[unit][config][BMS_F.2]") {
   accepts(large(63, 1'000, 280));
-  refuses({{"/modules", modules_of_12(64)}}, "/modules", "found 64 modules, wanted at most 63");
+  refuses({{"/modules", modules_of_12(64)}}, "/modules", "found 64 modules, expected at most 63");
 }
 
 }  // namespace

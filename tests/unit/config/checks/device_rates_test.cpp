@@ -20,13 +20,14 @@ std::vector<Change> apart(std::vector<Change> changes) {
 
 TEST_CASE("a bit rate that a device on the bus cannot have is refused, with those it can have", "[unit][config]") {
   const Json lem{{"current_protocol", "lem_cab"}};
-  refuses({{"/sensor", lem}, {"/buses/internal_kbit_per_s", 250}}, "/buses/internal_kbit_per_s",
-          "found 250, wanted 500, the only bit rate of LEM CAB 300 / CAB 500 current sensor (sensor/current_protocol)");
+  refuses(
+      {{"/sensor", lem}, {"/buses/internal_kbit_per_s", 250}}, "/buses/internal_kbit_per_s",
+      "found 250, expected 500, the only bit rate of LEM CAB 300 / CAB 500 current sensor (sensor/current_protocol)");
   accepts({{"/sensor", lem}, {"/buses/internal_kbit_per_s", 500}});
 
   // The chargers are on the vehicle bus unless the file names another.
   refuses(apart({{"/charger", elcon}, {"/interfaces/vehicle_kbit_per_s", 125}}), "/interfaces/vehicle_kbit_per_s",
-          "found 125, wanted 250 or 500, the bit rates of Elcon / TC (HK-J) charger (charger/protocol)");
+          "found 125, expected 250 or 500, the bit rates of Elcon / TC (HK-J) charger (charger/protocol)");
   for (const int kbit_per_s : {250, 500}) {
     accepts(apart({{"/charger", elcon}, {"/interfaces/vehicle_kbit_per_s", kbit_per_s}}));
   }

@@ -88,7 +88,7 @@ TEST_CASE("where no module watches its cells the daemon opens a little earlier",
 
 TEST_CASE("another maker's modules bleed by voltage", "[unit][config][foreign_modules]") {
   refuses(outlander({{"/balancing/method", "charge"}}), "/balancing/method", "bleeds by voltage");
-  refuses(i3({{"/balancing/autonomous", true}}), "/balancing/autonomous", "cannot be told");
+  refuses(i3({{"/balancing/autonomous", true}}), "/balancing/autonomous", "does not support it");
 }
 
 TEST_CASE("another maker's modules have their identifiers to themselves", "[unit][config][foreign_modules]") {

@@ -95,13 +95,13 @@ TEST_CASE("beside the modules of an Outlander the sensor at 3C2h has the directi
   CHECK(core.sensor.first == find_device("outlander_current")->current);
 }
 
-TEST_CASE("a monitor on a bus tells its resistance, and is somewhere", "[unit][config][insulation]") {
+TEST_CASE("a monitor on a bus reports its resistance, and is somewhere", "[unit][config][insulation]") {
   const CoreConfig core =
       core_of({{"/insulation", Json{{"protocol", "iso165c"}, {"monitoring", "measured"}, {"bus", "vehicle"}}}});
   CHECK(core.insulation.driver == find_device("iso165c")->insulation);
   CHECK(core.insulation.bus == Port::vehicle);
   refuses({{"/insulation", Json{{"protocol", "iso165c"}, {"monitoring", "ok_line"}}}}, "/insulation/monitoring",
-          "tells its resistance");
+          "reports its resistance");
   refuses({{"/insulation", Json{{"monitoring", "measured"}, {"bus", "charger"}}}}, "/insulation/bus",
           "names no monitor");
   refuses({{"/insulation", Json{{"protocol", "lem_cab"}}}}, "/insulation/protocol", "iso165c, or nothing");

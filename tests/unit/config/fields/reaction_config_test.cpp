@@ -83,28 +83,28 @@ TEST_CASE("what is no fault, or no stricter reaction, is refused with what may s
   refuses(with("supply_low", {{"reaction", "open_now"}, {"latch", true}}), "/faults/supply_low/latch", "grace_ms");
   refuses(with("supply_low", {{"reaction", "open"}}), "/faults/supply_low/reaction", "open_after_grace or open_now");
   refuses(with("supply_low", {{"reaction", "warn"}}), "/faults/supply_low/reaction",
-          "found \"warn\", wanted open_after_grace or open_now, stricter than the fault's own, refuse_close");
+          "found \"warn\", expected open_after_grace or open_now, stricter than the fault's own, refuse_close");
   refuses(with("cell_imbalance", {{"reaction", "refuse_close"}}), "/faults/cell_imbalance/reaction",
-          "wanted open_after_grace or open_now, stricter than the fault's own, open_after_grace");
+          "expected open_after_grace or open_now, stricter than the fault's own, open_after_grace");
   refuses(with("emergency_stop", {{"reaction", "open_now"}}), "/faults/emergency_stop",
-          "wanted no entry: this fault opens at once in every pack, which cannot be made stricter");
+          "expected no entry: this fault opens at once in every pack, which cannot be made stricter");
   refuses(with("emergency_stop", {{"reaction", "warn"}}), "/faults/emergency_stop", "cannot be made stricter");
   refuses(with("pack_resistance", {{"reaction", "open_now"}}), "/faults/pack_resistance/reaction",
-          "wanted refuse_close at most: one sample confirms this fault, and one alone opens nothing");
+          "expected refuse_close at most: one sample confirms this fault, and one alone opens nothing");
 }
 
 TEST_CASE("a grace stands exactly beside open_after_grace, and is shorter than the fault's own",
           "[unit][config][reactions]") {
   refuses(with("cell_imbalance", {{"reaction", "open_after_grace"}}), "/faults/cell_imbalance/grace_ms",
-          "found nothing, wanted a whole number from 1 to 249, less than the fault's own grace of 250 ms");
+          "missing, expected a whole number from 1 to 249, less than the fault's own grace of 250 ms");
   refuses(with("cell_imbalance", {{"reaction", "open_after_grace"}, {"grace_ms", 250}}),
-          "/faults/cell_imbalance/grace_ms", "found 250, wanted a whole number from 1 to 249");
+          "/faults/cell_imbalance/grace_ms", "found 250, expected a whole number from 1 to 249");
   refuses(with("supply_low", {{"reaction", "open_after_grace"}, {"grace_ms", 0}}), "/faults/supply_low/grace_ms",
-          "found 0, wanted a whole number from 1 to 5000");
+          "found 0, expected a whole number from 1 to 5000");
   refuses(with("supply_low", {{"reaction", "open_after_grace"}, {"grace_ms", 5'001}}), "/faults/supply_low/grace_ms",
           "found 5001");
   refuses(with("supply_low", {{"reaction", "open_now"}, {"grace_ms", 20}}), "/faults/supply_low/grace_ms",
-          "found 20, wanted no grace beside open_now");
+          "found 20, expected no grace beside open_now");
 }
 
 TEST_CASE("a shorter grace leaves more of the budget to the confirm time, a fault that opens has one",
@@ -121,7 +121,7 @@ TEST_CASE("a shorter grace leaves more of the budget to the confirm time, a faul
   accepts({warning});
   accepts({warning, opening({{"reaction", "refuse_close"}})});
   refuses({warning, opening({{"reaction", "open_now"}})}, warning.first,
-          "found 151, wanted at most 150, so that module_warning, which opens this pack, does so within 450 ms");
+          "found 151, expected at most 150, so that module_warning, which opens this pack, does so within 450 ms");
   accepts({{warning.first, 150}, opening({{"reaction", "open_now"}})});
   accepts({{warning.first, 100}, opening({{"reaction", "open_after_grace"}, {"grace_ms", 50}})});
   refuses({{warning.first, 100}, opening({{"reaction", "open_after_grace"}, {"grace_ms", 51}})}, warning.first,
@@ -137,7 +137,7 @@ TEST_CASE("a reload names a reaction that has changed", "[unit][config][reaction
   REQUIRE(now);
   const auto changes = pack_changes(before->sources, now->sources);
   REQUIRE(changes.size() == 1);
-  CHECK(to_text(changes[0]) == "pack.json: /faults: not there, now {\"supply_low\":{\"reaction\":\"open_now\"}}");
+  CHECK(to_text(changes[0]) == "pack.json: /faults: absent -> {\"supply_low\":{\"reaction\":\"open_now\"}}");
 }
 
 TEST_CASE("a fault that warns in every other pack opens this one, and keeps it open", "[unit][core][reactions]") {

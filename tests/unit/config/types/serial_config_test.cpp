@@ -50,12 +50,12 @@ TEST_CASE("without a section there is no console, and with a device one of 38400
 TEST_CASE("a device that is none, a rate no adapter knows and a key nobody knows are told",
           "[unit][config][serial][BMS_NF.5]") {
   CHECK(problem_with(R"({"device": "ttyUSB0"})") ==
-        "pack.json: /serial/device: found \"ttyUSB0\", wanted a file such as /dev/ttyUSB0, or nothing");
-  CHECK(
-      problem_with(R"({"bit_rate_Bd": 38401})") ==
-      "pack.json: /serial/bit_rate_Bd: found 38401, wanted one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200");
+        "pack.json: /serial/device: found \"ttyUSB0\", expected a file such as /dev/ttyUSB0, or nothing");
+  CHECK(problem_with(R"({"bit_rate_Bd": 38401})") ==
+        "pack.json: /serial/bit_rate_Bd: found 38401, expected one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, "
+        "115200");
   CHECK(problem_with(R"({"bit_rate_Bd": 300})") ==
-        "pack.json: /serial/bit_rate_Bd: found 300, wanted a whole number from 1200 to 115200");
+        "pack.json: /serial/bit_rate_Bd: found 300, expected a whole number from 1200 to 115200");
   CHECK_FALSE(problem_with(R"({"may_set_cell_count": 1})").empty());
   CHECK_FALSE(problem_with(R"({"port": "/dev/ttyUSB0"})").empty());
 }

@@ -147,9 +147,8 @@ TEST_CASE("of a lock of a former life it is told what was seen, or that it is no
   static_cast<void>(core.decide(TimePoint{1s}));  // no module has answered yet
   const std::string early = why_json({.core = core, .now = TimePoint{1s}}).dump();
   INFO(early);
-  const std::string seen = has_frame ? "cell 2.3 (no. 7): 4.3210 V" : "value not known";
-  CHECK(early.find("(" + seen + ", from before the daemon started), whether the cause is gone is not known") !=
-        std::string::npos);
+  const std::string seen = has_frame ? "cell 2.3 (no. 7): 4.3210 V" : "value unknown";
+  CHECK(early.find("(" + seen + ", from an earlier session), state of the cause unknown") != std::string::npos);
   CHECK(early.find("0.0000 V") == std::string::npos);
   CoreBench bench(small_pack());
   bench.restore(remembered(has_frame));
@@ -167,7 +166,7 @@ TEST_CASE("a cause that is there again after a restart takes its confirm time an
   REQUIRE(bench.run_until([&] { return state_of(bench, FaultId::cell_overvoltage).is_doubtful(); }, 300ms));
   CHECK(state_of(bench, FaultId::cell_overvoltage).stage == FaultStage::latched);
   CHECK(record_of(bench, FaultId::cell_overvoltage).count == 1);
-  CHECK(why_text(bench).find("the cause seems to be back") != std::string::npos);
+  CHECK(why_text(bench).find("cause recurring") != std::string::npos);
   REQUIRE(
       bench.run_until([&] { return state_of(bench, FaultId::cell_overvoltage).stage == FaultStage::active; }, 450ms));
   CHECK(bench.now() - back_at >= small_pack().limits.cell_overvoltage.confirm);
@@ -201,12 +200,11 @@ TEST_CASE("an opening for a lock of a former life says so, with no times it cann
   CHECK(opening.is_restored);
   const Json why = opening_json({.core = bench.core(), .now = bench.now()});
   INFO(why.dump(2));
-  const std::string seen = has_frame ? "module 1: 2.7000 V" : "value not known";
-  CHECK(why.at("reason") ==
-        "a cell's voltage is too low: " + seen + ", seen before the daemon started and not cleared since");
+  const std::string seen = has_frame ? "module 1: 2.7000 V" : "value unknown";
+  CHECK(why.at("reason") == "cell voltage too low: " + seen + ", confirmed in an earlier session, not cleared since");
   REQUIRE(why.at("steps").size() == 3);
   const Json& signal = why.at("steps").at(0);
-  CHECK(signal.at("text") == "a cell's voltage is too low: " + seen + ", seen before the daemon started");
+  CHECK(signal.at("text") == "cell voltage too low: " + seen + ", confirmed in an earlier session");
   CHECK(signal.at("value_uV") == (has_frame ? Json(2'700'000) : Json(nullptr)));
   CHECK(signal.at("taken_ago_ms").is_null());
   CHECK(signal.at("taken_before_opening_ms").is_null());
@@ -224,8 +222,8 @@ TEST_CASE("why says what may be done about each fault against closing, else abou
   REQUIRE(pressed["to_do"].size() == 1);
   CHECK(pressed["to_do"][0]["about"] == "emergency_stop");
   CHECK(pressed["to_do"][0]["remedy"] == row_of(FaultId::emergency_stop).remedy);
-  CHECK(pressed["text"].dump().find("To do: find out why, release it, then clear (emergency_stop).") !=
-        std::string::npos);
+  CHECK(pressed["text"].dump().find(
+            "Action: find the reason, release the emergency stop, then clear (emergency_stop).") != std::string::npos);
 
   CoreBench young(small_pack());
   const auto& blockers = young.core().permission().blockers;

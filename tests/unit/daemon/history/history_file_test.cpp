@@ -463,7 +463,7 @@ TEST_CASE("what is no history passes for no new one", "[unit][history]") {
   };
   SECTION("another program's database without tables") {
     run_sql(files.path, "PRAGMA application_id = 7");
-    CHECK(refusal() == "is no history of bmud");
+    CHECK(refusal() == "not a history database of bmud");
   }
   SECTION("another program's tables, locked") {
     run_sql(files.path, "CREATE TABLE photos (name TEXT); INSERT INTO photos VALUES (zeroblob(20000))");
@@ -692,7 +692,7 @@ TEST_CASE("a hostile database is no trap: its views and triggers are not run, it
     const auto all = read_all(files.path);
     CHECK(all.rows.empty());
     REQUIRE(all.problems.size() == 1);
-    CHECK(all.problems[0] == "minute 1 to 3: the checksum is wrong");
+    CHECK(all.problems[0] == "minute 1 to 3: checksum mismatch");
     CHECK(all.events.size() == 3);
   }
   SECTION("a life whose layout is made up, in both places") {
@@ -710,9 +710,8 @@ TEST_CASE("a hostile database is no trap: its views and triggers are not run, it
     make("DELETE FROM life; DELETE FROM layout; DELETE FROM place; UPDATE minute SET life = 8 WHERE sequence = 2");
     const auto all = read_all(files.path);
     CHECK(all.rows.empty());
-    CHECK(all.problems == std::vector<std::string>{"minute 1: nobody knows the life it is of",
-                                                   "minute 2: the checksum is wrong",
-                                                   "minute 3: nobody knows the life it is of"});
+    CHECK(all.problems == std::vector<std::string>{"minute 1: session unknown", "minute 2: checksum mismatch",
+                                                   "minute 3: session unknown"});
   }
 }
 
@@ -954,8 +953,7 @@ TEST_CASE("what is missing of a history without its beginning is named", "[unit]
   write_bytes(files.path + "-wal", "what nobody wrote");
   const auto all = read_all(files.path);
   CHECK(all.rows.size() == 39);
-  CHECK(all.problems == std::vector<std::string>{damaged_at_its_beginning(files.path),
-                                                 "what is in " + files.path + "-wal is not looked at",
+  CHECK(all.problems == std::vector<std::string>{damaged_at_its_beginning(files.path), files.path + "-wal not read",
                                                  "minute 20: not found"});
 }
 
@@ -966,7 +964,7 @@ TEST_CASE("only whole rows make a history of a file that nothing leads into", "[
     const auto reader = HistoryReader::open(files.path);
     return reader ? "" : reader.error().substr(files.path.size() + 2);
   };
-  const std::string is_none = "is no history, or its beginning is damaged";
+  const std::string is_none = "not a history database, or its header is damaged";
   CHECK(refusal(std::string(30'000, 'x')) == is_none);
   CHECK(refusal("a shopping list\n") == is_none);
   std::string noise;
@@ -981,7 +979,7 @@ TEST_CASE("only whole rows make a history of a file that nothing leads into", "[
   std::filesystem::remove(files.path);
   run_sql(files.path, "CREATE TABLE photos (id INTEGER PRIMARY KEY, name TEXT); INSERT INTO photos VALUES (1, 'sea')");
   const std::string other = bytes_of(files.path);
-  CHECK(refusal(other) == "is no history of bmud");
+  CHECK(refusal(other) == "not a history database of bmud");
   CHECK(refusal(std::string(16, '\0') + other.substr(16)) == is_none);
   // A history with invalid rows only.
   std::filesystem::remove(files.path);
@@ -1104,7 +1102,8 @@ TEST_CASE("where no file can be made beside it a history is read with all that w
   ::close(held);
   // Then only the content of the database itself is read, if it is a history at all without its log.
   const std::string told = reader ? test::read_all(*reader).problems.at(0) : reader.error();
-  CHECK(told.find(reader ? "history.sqlite-wal, which cannot be read: " : "history.sqlite: ") != std::string::npos);
+  CHECK(told.find(reader ? "history.sqlite-wal unreadable, latest rows missing: " : "history.sqlite: ") !=
+        std::string::npos);
   // Without a log and without another process it is read as it is.
   make_history(files.path, 30);
   REQUIRE_FALSE(std::filesystem::exists(files.path + "-wal"));
@@ -1131,7 +1130,7 @@ TEST_CASE("a flipped bit spoils the row that it is in, and no other", "[unit][hi
   CHECK(read_all(*reader).rows.size() == 39);
   const auto again = read_all(*reader);
   CHECK(again.rows.size() == 39);
-  CHECK(again.problems == std::vector<std::string>{"minute 20: the checksum is wrong"});  // not reported twice
+  CHECK(again.problems == std::vector<std::string>{"minute 20: checksum mismatch"});  // not reported twice
 }
 
 TEST_CASE("a damaged history is put aside as it is, and a new one begun, after five nothing is written",
@@ -1159,7 +1158,7 @@ TEST_CASE("a damaged history is put aside as it is, and a new one begun, after f
   REQUIRE_FALSE(file.open());
   const auto name = file.put_aside();
   REQUIRE_FALSE(name);
-  CHECK(name.error().what.find("so were 5 before it") != std::string::npos);
+  CHECK(name.error().what.find("damaged like the 5 quarantined ones before") != std::string::npos);
   CHECK(bytes_of(files.path) == std::string(20'000, 'x'));
 }
 

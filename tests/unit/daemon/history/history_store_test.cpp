@@ -248,12 +248,12 @@ TEST_CASE("the tap keeps minutes and events of a core, and says once what become
   while (!store.is_failing()) std::this_thread::yield();
   bench.run(5s);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].starts_with("warning: the history is not written: "));
+  CHECK(lines[0].starts_with("warning: history: write failed: "));
   std::filesystem::create_directory(folder / "later");
   while (store.health().state != HistoryState::writing) std::this_thread::yield();
   bench.run(3s);
   REQUIRE(lines.size() == 2);
-  CHECK(lines[1].ends_with("history.sqlite: written again"));
+  CHECK(lines[1].ends_with("history.sqlite: writing resumed"));
   tap.finish();
   REQUIRE(store.flush(long_enough));
   const auto all = read_all(folder / "later/history.sqlite");
@@ -284,7 +284,7 @@ TEST_CASE("rows that were lost are told as rows, however long each was to be", "
   while (store.health().state != HistoryState::writing) std::this_thread::yield();
   bench.run(1100ms);
   REQUIRE(lines.size() == 2);
-  CHECK(lines[1].ends_with("history.sqlite: written again; " + std::to_string(lost) + " rows of it were lost"));
+  CHECK(lines[1].ends_with("history.sqlite: writing resumed; " + std::to_string(lost) + " rows lost"));
 }
 
 }  // namespace bmu

@@ -125,18 +125,17 @@ TEST_CASE("a recording that is damaged is run as far as it is good", "[unit][rec
     CHECK(run.problem->line > 0);
     return run.problem->text;
   };
-  CHECK(problem_of("# bmud-recording 1", "# bmud-recording 2") == "found a recording of format '2', wanted 1");
+  CHECK(problem_of("# bmud-recording 1", "# bmud-recording 2") == "found a recording of format '2', expected 1");
   CHECK(problem_of("# pack | {", "# pack | {{").find("the recorded configuration: ") == 0);
   CHECK(problem_of("\"name\":", "\"name\" :").find("found configuration ") == 0);
-  CHECK(problem_of("# image AAAA", "# image AAA-").find("wanted base64") == 0);
+  CHECK(problem_of("# image AAAA", "# image AAA-").find("expected base64") == 0);
   CHECK(problem_of("# core-end ", "# core-end f").find("the state of the core is damaged") == 0);
-  const std::string altered_head =
-      "the lines of the head are not as they were written: one is missing, was changed or added";
+  const std::string altered_head = "the header was modified: a line is missing, changed or added";
   CHECK(problem_of("# version 0.1.0\n", "# version 0.1.1\n") == altered_head);
   CHECK(problem_of("# version 0.1.0\n", "") == altered_head);
   CHECK(problem_of("# version 0.1.0\n", "# version 0.1.0\n# internal_kbit_per_s 500\n") == altered_head);
   CHECK(problem_of(") tick ", ") tack ").find("column ") == 0);
-  CHECK(problem_of("# ahead_us ", "# ahead_us x") == "wanted microseconds between both clocks");
+  CHECK(problem_of("# ahead_us ", "# ahead_us x") == "expected the offset of the clocks in microseconds");
 
   // Truncated in the middle of a line: all ticks before it are valid.
   const Replayed torn = replayed(std::string_view(text).substr(0, text.size() - 25));
@@ -162,8 +161,7 @@ TEST_CASE("a recording whose lines were given other ends is refused by that name
   for (const char letter : recorded(demo_pack(), 9s)) text += letter == '\n' ? "\r\n" : std::string(1, letter);
   const Replayed run = replayed(text);
   REQUIRE(run.problem);
-  CHECK(run.problem->text ==
-        "found lines that end in CR LF, wanted LF as it was written; tr -d '\\r' takes the CRs away");
+  CHECK(run.problem->text == "found lines that end in CR LF, expected LF as written; remove the CRs with tr -d '\\r'");
 }
 
 TEST_CASE("an empty line between a decision and its lines changes nothing", "[unit][recording][F106]") {
@@ -185,7 +183,7 @@ TEST_CASE("times that no core can have had are refused", "[unit][recording][F106
     const Replayed run = replayed(changed);
     CAPTURE(time);
     REQUIRE(run.problem);
-    CHECK(run.problem->text.find("found a time that no core can have had") == 0);
+    CHECK(run.problem->text.find("found a time before that of the previous line") == 0);
   }
 }
 
@@ -201,7 +199,7 @@ TEST_CASE("a bus that no log can name is refused", "[unit][recording][F106]") {
     CAPTURE(name);
     REQUIRE(run.problem);
     CHECK(run.problem->line == 2);
-    CHECK(run.problem->text.find("wanted an interface name") == 0);
+    CHECK(run.problem->text.find("expected an interface name") == 0);
   }
 }
 

@@ -73,7 +73,7 @@ void hold_against_truth(std::string_view script, Duration length, const PackConf
   for (const WhatIfMove& move : moves) {
     const bool is_command = (move.text.find("contactors: ") == 0 && move.text.find(" -> ") == std::string::npos) ||
                             move.text.find("outputs: ") == 0;
-    const bool hangs_on_phase = move.text.find("state of charge starts") == 0;  // phase of the polls
+    const bool hangs_on_phase = move.text.find("SOC: initialised to") == 0;  // phase of the polls
     if (is_command || hangs_on_phase) continue;
     CAPTURE(move.log_us - wall_us, move.text, move.is_recorded);
     CHECK(has(truth, move) != move.is_recorded);

@@ -88,10 +88,10 @@ TEST_CASE("where nobody tells of contacts the commands alone count", "[unit][rel
 
 TEST_CASE("a reply tells so many changes, a log fewer, and both how many there are more", "[unit][reload]") {
   ReloadDone done{.hash_before = "a", .hash_now = "b", .is_new_life = true, .away = 12ms};
-  CHECK(reload_lines(done).front() == "configuration b is in force, it was a: 0 values changed, 12 ms away");
+  CHECK(reload_lines(done).front() == "configuration b active, previously a: 0 values changed, downtime 12 ms");
   done.changes.push_back({.file = "f", .path = "/x", .before = "", .now = "1"});
   CHECK(reload_lines(done).size() == 2);
-  CHECK(reload_lines(done).back() == "changed: f: /x: not there, now 1");
+  CHECK(reload_lines(done).back() == "changed: f: /x: absent -> 1");
   CHECK(reload_json(done).at("changes").at(0).at("before").is_null());
   CHECK(reload_json(done).at("changes").at(0).at("now") == "1");
   done.changes.resize(changes_told_max + 7, done.changes.front());
@@ -100,5 +100,5 @@ TEST_CASE("a reply tells so many changes, a log fewer, and both how many there a
   CHECK(reload_lines(done).size() == 1 + changes_logged_max + 1);
   CHECK(reload_lines(done).back() == "and " + std::to_string(changes_told_max + 7 - changes_logged_max) + " more");
   done.is_new_life = false;
-  CHECK(reload_lines(done) == std::vector<std::string>{"nothing to change: configuration b is in force already"});
+  CHECK(reload_lines(done) == std::vector<std::string>{"configuration b unchanged"});
 }

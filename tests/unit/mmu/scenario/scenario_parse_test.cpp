@@ -279,7 +279,7 @@ TEST_CASE("all wrong lines are reported, and nothing of the file is taken", "[un
   REQUIRE(scenario.error().size() == 2);
   CHECK(scenario.error()[0].line == 2);
   CHECK(scenario.error()[1].line == 4);
-  CHECK(to_text(scenario.error()[1], "a.scn").find("a.scn:4:3: found 'vehicel', wanted a target") == 0);
+  CHECK(to_text(scenario.error()[1], "a.scn").find("a.scn:4:3: found 'vehicel', expected a target") == 0);
 }
 
 TEST_CASE("a mistake in a block does not make its other end look wrong", "[unit][scenario]") {
@@ -487,11 +487,11 @@ TEST_CASE("a master can be told what its operator can tell it, where there is on
   };
   const Case told[] = {
       {"1 vehicle on\n2  master cler",
-       "a.scn:2:11: found 'cler', wanted a property of master: clear, clear_authorised, "
-       "wake, balancing, accept_modules"},
-      {"1 master balancing maybe", "a.scn:1:20: found 'maybe', wanted one of off, on"},
-      {"1 master clear all", "a.scn:1:16: found 'all', wanted nothing more on this line"},
-      {"1 master", "a.scn:1:9: found the end of the line, wanted a property of master"},
+       "a.scn:2:11: found 'cler', expected a property of master: clear, clear_authorised, wake, balancing, "
+       "accept_modules"},
+      {"1 master balancing maybe", "a.scn:1:20: found 'maybe', expected one of off, on"},
+      {"1 master clear all", "a.scn:1:16: found 'all', expected nothing more on this line"},
+      {"1 master", "a.scn:1:9: found the end of the line, expected a property of master"},
   };
   for (const Case& one : told) {
     INFO(one.text);
@@ -505,7 +505,7 @@ TEST_CASE("without a master none can be told anything", "[unit][scenario]") {
   const auto scenario = parse_scenario("1 vehicle on\n2 master clear");
   REQUIRE_FALSE(scenario);
   CHECK(to_text(scenario.error().front(), "a.scn") ==
-        "a.scn:2:3: found 'master', wanted an event of the emulated pack: here is no master that could be told");
+        "a.scn:2:3: found 'master', expected an event of the emulated pack: here is no master that could be told");
   const auto mistyped = parse_scenario("1 mastre clear");
   REQUIRE_FALSE(mistyped);
   CHECK(mistyped.error().front().wanted.find("master") == std::string::npos);

@@ -131,22 +131,22 @@ TEST_CASE("charges and tests that are wrong are refused with what was found and 
   CHECK(files.problem_of("cycle,time_s,current_A,voltage_V\n1,0,1,3\n", tests_head + "7,1.8,2\n") ==
         "charges.csv: no column 'temp_C'");
   CHECK(files.problem_of(charges + "1,60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: cycle: found '1' at 60 s, wanted rising numbers, the rows of one behind each other");
+        "charges.csv: cycle: found '1' at 60 s, expected rising numbers, with the rows of each charge together");
   CHECK(files.problem_of(charges + ",60,-1.5,3.6,24\n", tests_head + "7,1.8,2\n") ==
-        "charges.csv: cycle: found 'nan' at 60 s, wanted rising numbers, the rows of one behind each other");
+        "charges.csv: cycle: found 'nan' at 60 s, expected rising numbers, with the rows of each charge together");
   CHECK(files.problem_of(charges, "cycle,charges_before\n7,2\n") ==
         "tests.csv: no column 'capacity_Ah' in line 1, 'cycle,charges_before': rename its columns; expected a first "
         "line with cycle, capacity_Ah and charges_before");
   CHECK(files.problem_of(charges, tests_head + "7,x,2\n") == "tests.csv:2: capacity_Ah: found 'x', expected a number");
   CHECK(files.problem_of(charges, tests_head + "7,,2\n") == "tests.csv:2: capacity_Ah: found '', expected a number");
   CHECK(files.problem_of(charges, tests_head + "7,0,2\n") ==
-        "tests.csv:2: capacity_Ah: found '0', wanted a number above 0");
+        "tests.csv:2: capacity_Ah: found '0', expected a number above 0");
   CHECK(files.problem_of(charges, tests_head + "7,1.8,2\n8,1.8,1\n") ==
-        "tests.csv:3: charges_before: found '1' behind '2', wanted numbers that do not fall");
+        "tests.csv:3: charges_before: found '1' behind '2', expected numbers that do not fall");
   CHECK(files.problem_of(charges, tests_head + "7,1.8,3\n") ==
-        "tests.csv: charges_before: found '3', wanted a cycle of charges.csv");
+        "tests.csv: charges_before: found '3', expected a cycle of charges.csv");
   CHECK(files.problem_of(charges, tests_head + "7,1.8,2\n\n8,1.8,1\n") ==
-        "tests.csv:4: charges_before: found '1' behind '2', wanted numbers that do not fall");
+        "tests.csv:4: charges_before: found '1' behind '2', expected numbers that do not fall");
 }
 
 TEST_CASE("recorded charges that no charges of a cell can be are refused with the likely cause", "[unit][bmucell]") {
@@ -205,7 +205,7 @@ TEST_CASE("a fit to too few charges is refused", "[unit][bmucell]") {
   const auto fit = fit_plateau(ageing(8), model, rated_As, 107.0);
   REQUIRE_FALSE(fit);
   CHECK(fit.error() ==
-        "cell: found 7 charges with a test that show a plateau and are full at the end, wanted 8 to fit to");
+        "cell: found 7 charges with a test that show a plateau and are full at the end, expected 8 to fit to");
 }
 
 TEST_CASE("each test is compared with what was known before it", "[unit][bmucell]") {

@@ -53,8 +53,8 @@ TEST_CASE("the chargers' page says where the charge is, what is asked for and wh
   const std::string page = page_of(answer(Json::array({unit(1)})));
   INFO(page);
   for (const char* const words :
-       {"elcon_tc", "charging for", "Plugged in", "yes", "10.000 A", "up to 201.600 V", "a cell to 4.1500 V", "heard ",
-        "9.800 A at 201.600 V", "none told", "3 frames, 2 values out of range, 1 not known"}) {
+       {"elcon_tc", "charging for", "Plugged in", "yes", "10.000 A", "up to 201.600 V", "a cell to 4.1500 V",
+        "received ", "9.800 A at 201.600 V", "none reported", "3 frames, 2 values out of range, 1 not known"}) {
     CHECK(has(page, words));
   }
   CHECK_FALSE(has(page, "Temperature"));
@@ -78,11 +78,11 @@ TEST_CASE("each charger has its own part, with its troubles and its silence", "[
   const std::string page = page_of(status);
   INFO(page);
   for (const char* const words : {"Unit 1", "Unit 2", "silent for", "its mains are missing", "41.5", "230.000 V",
-                                  "told to stop", "goes on when it is heard again", "not known"}) {
+                                  "stop commanded", "continues when its reports are received again", "not known"}) {
     CHECK(has(page, words));
   }
   second["heard_ago_ms"] = nullptr;
-  CHECK(has(page_of(answer(Json::array({first, second}))), "not heard yet"));
+  CHECK(has(page_of(answer(Json::array({first, second}))), "not received yet"));
 }
 
 TEST_CASE("a pack without a charger or an inverter says so, and falls short", "[unit][bmuctl][charger][inverter]") {

@@ -99,8 +99,8 @@ TEST_CASE("a span of time may have no begin, and does not run backwards", "[unit
   CHECK(time_span_from_words("now", "now", now));
   const auto error_of = [](const auto& span) { return span ? std::string() : span.error(); };
   CHECK(error_of(time_span_from_words("now", "-1h", now)) == "--from is later than --to");
-  CHECK(error_of(time_span_from_words("tomorrow", "", now)).find("--from: found 'tomorrow', wanted 2026-") == 0);
-  CHECK(error_of(time_span_from_words("", "begin", now)).find("--to: found 'begin', wanted ") == 0);
+  CHECK(error_of(time_span_from_words("tomorrow", "", now)).find("--from: found 'tomorrow', expected 2026-") == 0);
+  CHECK(error_of(time_span_from_words("", "begin", now)).find("--to: found 'begin', expected ") == 0);
 }
 
 TEST_CASE("what is no time is none", "[unit][history][ctl]") {
@@ -237,13 +237,13 @@ TEST_CASE("the table has a line a minute under a heading for each life, and show
   table.add(placed(10, one), one);
   table.add(placed(1, two), two);
   const std::string page = table.page().text(false);
-  CHECK(page.find("Life 1 of the daemon: test pack, 24 cells, bmud 0.1.0") != std::string::npos);
-  CHECK(page.find("Life 2 of the daemon") != std::string::npos);
+  CHECK(page.find("Session 1: test pack, 24 cells, bmud 0.1.0") != std::string::npos);
+  CHECK(page.find("Session 2:") != std::string::npos);
   two.pack_name = "";
   two.version = "?";
   HistoryTable damaged({});
   damaged.add(placed(1, two), two);
-  CHECK(damaged.page().text(false).find("Life 2 of the daemon: pack not known, 24 cells") != std::string::npos);
+  CHECK(damaged.page().text(false).find("Session 2: pack unknown, 24 cells") != std::string::npos);
   CHECK(page.find("cell_undervoltage,disk_low") != std::string::npos);
   CHECK(page.find("driving") != std::string::npos);
   CHECK(page.find("20.0") != std::string::npos);    // the highest current

@@ -49,22 +49,22 @@ TEST_CASE("the inverter's page says what it is told and what it says", "[unit][b
   const std::string page = page_of(answer());
   INFO(page);
   CHECK(has(page, "sma"));
-  CHECK(has(page, "heard"));
-  CHECK(has(page, "none told"));
+  CHECK(has(page, "received"));
+  CHECK(has(page, "none reported"));
   CHECK(has(page, "nothing"));
   CHECK(has(page, "12 taken, 1 refused, 3 values out of range"));
-  CHECK(has(page_of(Json{{"inverter", nullptr}}), "none is told anything"));
+  CHECK(has(page_of(Json{{"inverter", nullptr}}), "none configured"));
 }
 
 TEST_CASE("silence, failures and requests are told in words", "[unit][bmuctl][inverter]") {
   Json status = answer();
   Json& inverter = status["inverter"];
   inverter["is_talking"] = false;
-  CHECK(has(page_of(status), "not heard for"));  // for an open pack, or before its time is over
+  CHECK(has(page_of(status), "not received for"));  // for an open pack, or before its time is over
   inverter["is_silent"] = true;
   CHECK(has(page_of(status), "silent for"));
   inverter["heard_ago_ms"] = nullptr;
-  CHECK(has(page_of(status), "not heard yet"));
+  CHECK(has(page_of(status), "not received yet"));
   inverter["has_warning"] = true;
   inverter["error_number"] = 952;
   CHECK(has(page_of(status), "warns, number 952"));

@@ -12,11 +12,11 @@ namespace {
 using Json = nlohmann::json;
 
 const Json stop_stays{{"name", "emergency_stop"},
-                      {"reason", "its cause is still there"},
-                      {"text", "The emergency stop is pressed: its cause is still there."}};
+                      {"reason", "cause still present"},
+                      {"text", "Emergency stop pressed: cause still present."}};
 const Json hot_stays{{"name", "cell_overtemperature"},
-                     {"reason", "its cause has been gone for 2 s, wanted 5 s"},
-                     {"text", "A cell is too hot: its cause has been gone for 2 s, wanted 5 s."}};
+                     {"reason", "cause gone for 2 s, required 5 s"},
+                     {"text", "Cell temperature too high: cause gone for 2 s, required 5 s."}};
 
 std::string clear_text(const Json& cleared, const Json& still_present, const Json& reasons) {
   const Json reply{{"cleared", cleared}, {"still_present", still_present}, {"reasons", reasons}};
@@ -26,7 +26,7 @@ std::string clear_text(const Json& cleared, const Json& still_present, const Jso
 }  // namespace
 
 TEST_CASE("clear without a fault says that there was nothing to clear", "[unit][bmuctl]") {
-  CHECK(clear_text(Json::array(), Json::array(), Json::array()) == "There was nothing to clear.\n");
+  CHECK(clear_text(Json::array(), Json::array(), Json::array()) == "No faults to clear.\n");
 }
 
 TEST_CASE("clear names the faults that went", "[unit][bmuctl]") {
@@ -36,8 +36,8 @@ TEST_CASE("clear names the faults that went", "[unit][bmuctl]") {
 
 TEST_CASE("clear names each fault that stays, with its own reason", "[unit][bmuctl]") {
   const std::string both =
-      "Still present: emergency_stop. The emergency stop is pressed: its cause is still there.\n"
-      "Still present: cell_overtemperature. A cell is too hot: its cause has been gone for 2 s, wanted 5 s.\n";
+      "Still confirmed: emergency_stop. Emergency stop pressed: cause still present.\n"
+      "Still confirmed: cell_overtemperature. Cell temperature too high: cause gone for 2 s, required 5 s.\n";
   const Json still = {"emergency_stop", "cell_overtemperature"};
   CHECK(clear_text(Json::array(), still, Json::array({stop_stays, hot_stays})) == both);
   CHECK(clear_text(Json::array({"module_lost"}), still, Json::array({hot_stays, stop_stays})) ==
@@ -59,12 +59,12 @@ TEST_CASE("a clear falls short while a fault stays that does more than warn", "[
 }
 
 TEST_CASE("a fault that stays is named even if the daemon gives no reason", "[unit][bmuctl]") {
-  CHECK(clear_text(Json::array(), Json::array({"emergency_stop"}), nullptr) == "Still present: emergency_stop.\n");
+  CHECK(clear_text(Json::array(), Json::array({"emergency_stop"}), nullptr) == "Still confirmed: emergency_stop.\n");
 }
 
 TEST_CASE("one fault is explained, whether it was ever seen or not", "[unit][bmuctl]") {
   Json fault{{"name", "open_wire"},
-             {"meaning", "a sense wire is open"},
+             {"meaning", "sense wire open"},
              {"reaction", "open now"},
              {"concerns", "all"},
              {"latch", "until cleared"},
@@ -73,13 +73,13 @@ TEST_CASE("one fault is explained, whether it was ever seen or not", "[unit][bmu
              {"stage", "good"},
              {"count", 0}};
   CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false) ==
-        "open_wire: a sense wire is open\n"
-        "  seen      never\n"
-        "  does      open now; concerns all; latch until cleared\n"
-        "  often     a fuse in it\n"
-        "  to do     check the wire\n");
+        "open_wire: sense wire open\n"
+        "  occurred  never\n"
+        "  reaction  open now; affects all; latched until cleared\n"
+        "  cause     a fuse in it\n"
+        "  action    check the wire\n");
   fault["stage"] = "active";
-  CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false).find("  stage     active") != std::string::npos);
+  CHECK(fault_page(Reply(fault), Reply(nullptr)).text(false).find("  status    active") != std::string::npos);
 }
 
 TEST_CASE("the page of a fault shows the grace of its reaction, and the usual reaction beside a stricter one",
@@ -92,7 +92,7 @@ TEST_CASE("the page of a fault shows the grace of its reaction, and the usual re
              {"stage", "good"},
              {"count", 0}};
   const auto does = [&fault] { return fault_page(Reply(fault), Reply(nullptr)).text(false); };
-  CHECK(does().find("open after grace of 250 ms; concerns all; latch none") != std::string::npos);
+  CHECK(does().find("open after grace of 250 ms; affects all; not latched") != std::string::npos);
   fault["usual_reaction"] = "open after grace";
   fault["usual_grace_ms"] = 250;
   fault["grace_ms"] = 100;
@@ -113,7 +113,7 @@ TEST_CASE("faults with a reaction of the pack file are listed though none was se
   INFO(page);
   CHECK(page.find("cell_imbalance  good       0  open now, by the pack file") != std::string::npos);
   CHECK(page.find("open_wire") == std::string::npos);
-  CHECK(page.find("1 others have never been seen") != std::string::npos);
+  CHECK(page.find("1 others not recorded") != std::string::npos);
 }
 
 namespace {
@@ -123,7 +123,7 @@ Json balance_reply() {
           {"state", "bleeding"},
           {"state_for_ms", 12'000},
           {"reasons", Json::array()},
-          {"plan", "some cells have too much"},
+          {"plan", "cells above the dead band"},
           {"planned_ago_ms", 12'000},
           {"cells_told", 1},
           {"cells_on", 1},
@@ -143,12 +143,12 @@ TEST_CASE("balance shows the cells that have a part in it", "[unit][bmuctl][bala
   const Json reply = balance_reply();
   const std::string text = balance_page(Reply(reply)).text(false);
   CHECK(text.find("bleeding 1 cell, 1 switch on") != std::string::npos);
-  CHECK(text.find("some cells have too much") != std::string::npos);
+  CHECK(text.find("cells above the dead band") != std::string::npos);
   CHECK(text.find("0.0100 Ah") != std::string::npos);
   CHECK(text.find("5 min") != std::string::npos);
   CHECK(text.find(" 26 ") != std::string::npos);
   CHECK(text.find(" 25 ") == std::string::npos);  // no value of the other
-  CHECK(text.find("Against it") == std::string::npos);
+  CHECK(text.find("Inhibit") == std::string::npos);
 }
 
 TEST_CASE("balance says first what speaks against it, and lists it all", "[unit][bmuctl][balancing]") {
@@ -185,8 +185,8 @@ TEST_CASE("status shows what an interface is set to beside its bus, and what it 
   };
   CHECK(row_of(500'000, 500'000, "as wanted") == "kbit/s:     500");
   CHECK(row_of(83'333, nullptr, "unknown") == "kbit/s:  83.333");
-  CHECK(row_of(250'000, 500'000, "differs") == "kbit/s:  250, not 500");
-  CHECK(row_of(125'000, 500'000, "too slow") == "kbit/s:  125, not 500");
+  CHECK(row_of(250'000, 500'000, "differs") == "kbit/s:  250, expected 500");
+  CHECK(row_of(125'000, 500'000, "too slow") == "kbit/s:  125, expected 500");
   CHECK(row_of(nullptr, nullptr, "unknown").empty());
 }
 
@@ -242,8 +242,8 @@ TEST_CASE("health tells what is known with what it may be off by, and the rest a
   CHECK(text.find("Resistance  not known\n") != std::string::npos);
   CHECK(text.find("91.45 mOhm (+- 8.22)\nCells       lowest 1.90 mOhm, cell 1.1 (no. 1)") != std::string::npos);
   CHECK(text.find("highest 1.90 mOhm, cell 1.1 (no. 1), 103.8 % of the average\n") != std::string::npos);
-  CHECK(text.find("out 37.0500 Ah, 5.0 Wh   in 1.0000 Ah, 0.0 Wh   cycles 1.24\n") != std::string::npos);
-  CHECK(text.find("27.0000 Ah  90.0 % (+- 2.0)  3, refused 1   1.90 mOhm  88.2 % (+- 10.0)  1.88 mOhm\n") !=
+  CHECK(text.find("out 37.0500 Ah, 5.0 Wh   in 1.0000 Ah, 0.0 Wh   full cycles 1.24\n") != std::string::npos);
+  CHECK(text.find("27.0000 Ah  90.0 % (+- 2.0)  3, rejected 1   1.90 mOhm  88.2 % (+- 10.0)  1.88 mOhm\n") !=
         std::string::npos);
   CHECK(text.find("Paused") == std::string::npos);
 }
@@ -254,8 +254,8 @@ TEST_CASE("health says so where nobody keeps what flowed, and while a charge is 
   reply["is_charge_paused"] = true;
   const std::string text = health_page(Reply(reply)).text(false);
   INFO(text);
-  CHECK(text.find("Flowed      nobody keeps it: no state file\n") != std::string::npos);
-  CHECK(text.find("Paused      the charger") != std::string::npos);
+  CHECK(text.find("Throughput  not recorded (no state file)\n") != std::string::npos);
+  CHECK(text.find("Paused      charging") != std::string::npos);
 }
 
 }  // namespace bmu

@@ -106,15 +106,15 @@ TEST_CASE("the load is without the first frame, and error frames take no bits", 
 }
 
 TEST_CASE("error frames are told in words", "[unit][bmudump]") {
-  CHECK(words_of(error_frame(0x040, {})) == "bus off");
-  CHECK(words_of(error_frame(0x004, {0, 0x30})) == "controller: passive by receive errors and passive by send errors");
+  CHECK(words_of(error_frame(0x040, {})) == "bus-off");
+  CHECK(words_of(error_frame(0x004, {0, 0x30})) == "controller: error-passive (receive) and error-passive (transmit)");
   CHECK(words_of(error_frame(0x002, {7})) == "arbitration lost at bit 7");
   CHECK(words_of(error_frame(0x088, {0, 0, 0x84, 0x0A})) ==
-        "protocol violated: bit stuffing and while sending at data, bus error");
+        "protocol error: stuff error and during transmission at data, bus error");
   CHECK(words_of(error_frame(0x010, {0, 0, 0, 0, 0x07})) == "transceiver: CANH shorted to ground");
   CHECK(words_of(error_frame(0x220, {0, 0, 0, 0, 0, 0, 128, 3})) ==
         "no acknowledgement, counters: send 128, receive 3");
-  CHECK(words_of(error_frame(0x200, {})) == "of no known class, counters: send 0, receive 0");
+  CHECK(words_of(error_frame(0x200, {})) == "unknown class, counters: send 0, receive 0");
 }
 
 TEST_CASE("the longest error frame fits where it is written", "[unit][bmudump]") {

@@ -42,16 +42,13 @@ TEST_CASE("of parts that follow each other nothing is said, whatever file they a
 TEST_CASE("what is missing, twice, in another order or of another life is named", "[unit][recording][F106]") {
   CHECK(told({part("a", 7, 1, 100), part("b", 7, 3, 160)}) ==
         std::vector<std::string>{"b:300: 30.0 s are missing before this part"});
-  CHECK(told({part("a", 7, 1, 100), part("a", 7, 1, 100)}) ==
-        std::vector<std::string>{"a:100: this part comes once more"});
+  CHECK(told({part("a", 7, 1, 100), part("a", 7, 1, 100)}) == std::vector<std::string>{"a:100: duplicate part"});
   CHECK(told({part("c", 7, 3, 160), part("a", 7, 1, 100), part("b", 7, 2, 130)}) ==
-        std::vector<std::string>{"a:100: this part comes before the one ahead of it: not in their order"});
+        std::vector<std::string>{"a:100: parts out of order"});
   CHECK(told({part("a", 7, 5, 100), part("b", 8, 1, 190)}) ==
-        std::vector<std::string>{
-            "b:100: another life of the daemon, which began 60.0 s after what is recorded of the one before ends"});
+        std::vector<std::string>{"b:100: new session, started 60.0 s after the end of the previous one"});
   CHECK(told({part("a", 7, 5, 100), part("b", 8, 1, 90)}) ==
-        std::vector<std::string>{
-            "b:100: another life of the daemon, which began 40.0 s before what stands ahead of it had ended"});
+        std::vector<std::string>{"b:100: new session, started 40.0 s before the end of the previous one"});
 }
 
 TEST_CASE("a clock that was set between parts or within one is reported once, and is no time that is missing",
@@ -75,10 +72,9 @@ TEST_CASE("a clock that was set between parts or within one is reported once, an
   CHECK(told({within, set(part("a", 7, 2, 130), 50)}) ==
         std::vector<std::string>{"a:123: the clock was set forward by 50.0 s"});
   // Between two sessions, of which one has no clock, no time is known.
-  CHECK(
-      told({set(part("a", 7, 1, 100), 1'700'000'000), part("b", 8, 1, 12)}) ==
-      std::vector<std::string>{"b:100: another life of the daemon, and the clock of one of them was not set: how much "
-                               "later it began is not known"});
+  CHECK(told({set(part("a", 7, 1, 100), 1'700'000'000), part("b", 8, 1, 12)}) ==
+        std::vector<std::string>{
+            "b:100: new session; the clock of one session was not set, the time between them is unknown"});
 }
 
 TEST_CASE("black boxes may overlap, but one of them has its order", "[unit][recording][F106]") {

@@ -88,7 +88,7 @@ TEST_CASE("what was recorded before the first whole head is damage, and the firs
     CHECK(outcome.counts.begun == 3);
     CHECK(to_s(outcome.counts.covered) == Approx(7.5).margin(0.2));
     REQUIRE(outcome.damages.size() == 1);
-    CHECK(outcome.damages[0].text.find("found no whole head before") == 0);
+    CHECK(outcome.damages[0].text.find("header incomplete") == 0);
     CHECK(outcome.damages[0].goes_on_line == line_number(text, text.find("# bmud-recording")));
     CHECK(outcome.damages[0].not_run_us == 0);
     CHECK(exit_code_of(outcome) == exit_damaged);
@@ -100,7 +100,7 @@ TEST_CASE("what was recorded before the first whole head is damage, and the firs
   const Outcome none = outcome_of({folder.file("drive.log", whole), headless});
   CHECK(none.damages.empty());
   REQUIRE(none.not_replayable.size() == 1);
-  CHECK(none.not_replayable[0].find(headless + ":1: found no whole head before") == 0);
+  CHECK(none.not_replayable[0].find(headless + ":1: header incomplete") == 0);
   CHECK(exit_code_of(none) == exit_not_replayable);
 }
 

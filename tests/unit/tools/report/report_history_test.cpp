@@ -92,7 +92,7 @@ TEST_CASE("warnings of a minute and phases are spans of the report", "[unit][rep
       // history_event(): the warning of the disk is reported at the end of the minute.
       CHECK(span.to_us - span.from_us == (is_cell ? minute_ms * us_per_ms : 0));
       CHECK_FALSE(span.goes_on);
-      if (is_cell) CHECK(span.text == "a cell's voltage is too low");
+      if (is_cell) CHECK(span.text == "cell voltage too low");
     }
   }
   CHECK(warnings == 4);  // two of them in the tenth and in the twentieth minute
@@ -317,8 +317,7 @@ TEST_CASE("rows that cannot be read are named by their numbers", "[unit][report]
   REQUIRE(data.holes.size() == 2);
   CHECK(data.holes[0].text == "rows 8 to 10 are missing or cannot be read");
   CHECK(data.holes[1].text == "row 15 is missing or cannot be read");
-  CHECK(data.notes ==
-        std::vector<std::string>{"minute 8 to 10: the checksum is wrong", "minute 15: the checksum is wrong"});
+  CHECK(data.notes == std::vector<std::string>{"minute 8 to 10: checksum mismatch", "minute 15: checksum mismatch"});
 }
 
 TEST_CASE("between two lives of the daemon nothing is known", "[unit][report][history]") {

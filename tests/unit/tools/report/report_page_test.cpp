@@ -204,16 +204,16 @@ TEST_CASE("what is only known of a minute is told as that", "[unit][report]") {
   const std::string page = page_of(data);
   CHECK(page.find(" V<small>cell 1.5, in the minute from 2026-03-01 12:07</small>") != std::string::npos);
   CHECK(page.find("Discharging is limited at the end of each minute by: ") != std::string::npos);
-  CHECK(page.find("Of each minute only the reason at its end is known.") != std::string::npos);
+  CHECK(page.find("Only the reason at the end of each minute is known.") != std::string::npos);
   halve(data);
-  CHECK(page_of(data).find("Of each 2 min only the reason at its end is known.") != std::string::npos);
+  CHECK(page_of(data).find("Only the reason at the end of each 2 min is known.") != std::string::npos);
   CHECK(page_of(data).find("in the 2 min from 2026-03-01 12:06<") != std::string::npos);
   // A row need not be a minute.
   ReportData short_rows = pack_of(2, 12, 30, 10 * s);
   short_rows.is_of_means = true;
   const std::string short_page = page_of(short_rows);
   CHECK(short_page.find("Discharging is limited at the end of each 10.0 s by: ") != std::string::npos);
-  CHECK(short_page.find("Of each 10.0 s only the reason at its end is known.") != std::string::npos);
+  CHECK(short_page.find("Only the reason at the end of each 10.0 s is known.") != std::string::npos);
   CHECK(short_page.find("minute") == std::string::npos);
   // A recording has instants.
   const std::string moments = page_of(pack_of(2, 12, 30));
@@ -251,7 +251,7 @@ TEST_CASE("a quantity that was never known is said to be so", "[unit][report]") 
   data.soc_doubt_percent = {};
   const std::string page = page_of(data);
   CHECK(flaw_of(page) == "");
-  CHECK(page.find("<h2>State of charge</h2>\n<p class=\"nothing\">Nothing is known of this.") != std::string::npos);
+  CHECK(page.find("<h2>State of charge</h2>\n<p class=\"nothing\">No data.") != std::string::npos);
   CHECK(page.find("<dt>State of charge</dt>") == std::string::npos);
   CHECK(page.find("<h2>Temperatures</h2>\n<p class=\"nothing\">") != std::string::npos);
 }
@@ -315,13 +315,13 @@ TEST_CASE("what was so is drawn where it was, with how long", "[unit][report]") 
   ReportData data = pack_of(1, 2, 100);
   data.spans.push_back({.kind = SpanKind::fault,
                         .name = "cell_undervoltage",
-                        .text = "a cell's voltage is too low",
+                        .text = "cell voltage too low",
                         .place = "cell 1.2",
                         .from_us = noon_us + 25 * s,
                         .to_us = noon_us + 75 * s});
   const std::string page = page_of(data);
   CHECK(page.find("<rect x=\"250.0\" y=\"0\" width=\"500.0\" height=\"1000\" class=\"fault\">") != std::string::npos);
-  CHECK(page.find("a cell&#39;s voltage is too low: cell 1.2 <span class=\"unit\">50.0 s</span>") != std::string::npos);
+  CHECK(page.find("cell voltage too low: cell 1.2 <span class=\"unit\">50.0 s</span>") != std::string::npos);
   CHECK(page.find("<dt>Faults</dt><dd><b class=\"fault\">1</b>") != std::string::npos);
   // Half of the time each, in stretches of 50 s.
   CHECK(page.find("cold <span class=\"unit\">50 %</span>") != std::string::npos);
@@ -338,16 +338,16 @@ TEST_CASE("a hole is in every picture, at the top and in a list", "[unit][report
   const std::string page = page_of(data);
   CHECK(flaw_of(page) == "");
   CHECK(count_of(page, "<rect class=\"hole\" x=\"400.0\" y=\"0\" width=\"200.0\"") >= 4);
-  CHECK(page.find("<h2>What is missing</h2>") < page.find("<h2>Cell voltages"));
+  CHECK(page.find("<h2>Gaps</h2>") < page.find("<h2>Cell voltages"));
   CHECK(page.find("<dt>Missing</dt><dd><b class=\"fault\">20.0 s</b><small>2026-03-01 12:00:40 to 12:01:00 UTC, and 1 "
                   "more</small>") != std::string::npos);
   CHECK(page.find("<tr><td>2026-03-01 12:00:40.000</td><td>2026-03-01 12:01:00.000</td><td>20.0 s</td><td>"
                   "<b class=\"fault\">damaged</b> drive.log") != std::string::npos);
-  CHECK(page.find("<td>the end</td><td></td><td>no end</td>") != std::string::npos);
+  CHECK(page.find("<td>end</td><td></td><td>no end</td>") != std::string::npos);
   CHECK(page_of(pack_of(1, 2, 100)).find("issing") == std::string::npos);
   data.holes.resize(holes_at_top_max + 1, data.holes.front());
   const std::string many = page_of(data);
-  CHECK(many.find("<h2>What is missing</h2>") > many.find("<h2>Cell voltages"));
+  CHECK(many.find("<h2>Gaps</h2>") > many.find("<h2>Cell voltages"));
 }
 
 TEST_CASE("what went on through a hole is told once, what began behind one again", "[unit][report]") {
@@ -372,7 +372,7 @@ TEST_CASE("what went on through a hole is told once, what began behind one again
   const std::string page = page_of(data);
   CHECK(page.find("3 times, 34.0 s</span>") != std::string::npos);
   CHECK(page.find("class=\"c3 vague\"><title>main positive closed: for 4.0 s of the time from 2026-03-01 12:01:10 to "
-                  "12:01:20 UTC, nobody knows when</title>") != std::string::npos);
+                  "12:01:20 UTC, exact time unknown</title>") != std::string::npos);
 }
 
 TEST_CASE("each cell's figures stand in its place, and in the table", "[unit][report]") {

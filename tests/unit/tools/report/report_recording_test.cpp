@@ -126,7 +126,7 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
   const ReportData data = read(drive());
   const SpanReport* const fault = find_span(data, SpanKind::fault, "cell_undervoltage");
   REQUIRE(fault != nullptr);
-  CHECK(fault->text == "a cell's voltage is too low");
+  CHECK(fault->text == "cell voltage too low");
   CHECK(fault->place == "cell 2.7 (no. 19)");
   CHECK(seconds_at(fault->from_us) == Approx(7.3).margin(0.3));
   CHECK(fault->goes_on);
@@ -148,7 +148,7 @@ TEST_CASE("a recorded fault, the phases and contactors are told from when to whe
   CHECK(closed->length_us() == closed->to_us - closed->from_us);
 
   const auto told = std::find_if(data.events.begin(), data.events.end(), [](const EventReport& event) {
-    return event.text.find("fault: a cell's voltage is too low") == 0;
+    return event.text.find("fault: cell voltage too low") == 0;
   });
   REQUIRE(told != data.events.end());
   CHECK(told->at_us == fault->from_us);
@@ -257,7 +257,7 @@ TEST_CASE("lines of a recording that are not as they were written are damage", "
     REQUIRE(data.holes.size() == (other > 0 && text != parts ? 2 : 1));
     const HoleReport& hole = data.holes.back();
     CHECK(hole.is_damage);
-    CHECK(hole.text.find(": one is missing, was changed or added; reading goes on at line ") != std::string::npos);
+    CHECK(hole.text.find(": a line is missing, changed or added; reading goes on at line ") != std::string::npos);
     std::size_t first = 0;
     std::size_t last = 0;
     REQUIRE(std::sscanf(hole.text.c_str(), "drive.log, line %zu: from here to line %zu", &first, &last) == 2);
@@ -364,7 +364,7 @@ TEST_CASE("what is damaged up to the end, from the begin on, or altogether is to
   const ReportData none = read("(1700000000.000000) vcan0 143#11 R\n");
   CHECK(none.is_empty());
   REQUIRE(none.holes.size() == 1);
-  CHECK(none.holes[0].text.find("drive.log, line 1: found no whole head before") == 0);
+  CHECK(none.holes[0].text.find("drive.log, line 1: header incomplete") == 0);
   CHECK(read("").is_empty());
 }
 

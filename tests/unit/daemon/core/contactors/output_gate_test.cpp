@@ -130,7 +130,7 @@ TEST_CASE("the gate's verdicts have names of their own, and no other number has 
        {GateVerdict::pass, GateVerdict::not_ours, GateVerdict::malformed, GateVerdict::not_permitted}) {
     names.insert(to_text(verdict));
   }
-  CHECK(names == std::set<std::string_view>{"pass", "not ours to send", "malformed", "not permitted"});
+  CHECK(names == std::set<std::string_view>{"pass", "not a frame of this node", "malformed", "not permitted"});
   CHECK(to_text(static_cast<GateVerdict>(99)) == "?");
 }
 

@@ -305,10 +305,9 @@ TEST_CASE("a charge is paused where the pack file says, and the limit names it",
     CHECK(*pack.core().soc_permille() >= 557);
     CHECK(*pack.core().soc_permille() < 560 + pause_span_permille);
     const Json chain = limit_chain(Concerns::charge, {.core = pack.core(), .now = pack.bench().now()});
-    CHECK(
-        chain.at("text").get<std::string>() ==
-        "Charge limit 0.000 A: paused to measure resistances; soc/resistance_pause_permille: at 56.0 % the charger is "
-        "paused for 4.0 s, to see what the step shows.");
+    CHECK(chain.at("text").get<std::string>() ==
+          "Charge limit 0.000 A: paused to measure resistances; soc/resistance_pause_permille: charging paused at 56.0 "
+          "% for 4.0 s to measure the resistance.");
   }
   CHECK(was_paused == is_at_charger);  // regenerative braking for minutes is not a charger
   CHECK(pack.core().limits().charge.limit_mA > 0);

@@ -181,13 +181,14 @@ TEST_CASE("a link that discharges slowly is told from a weld, with the key, its 
     return to_text(likely_cause(FaultId::link_not_discharging, {.link_time_constant = time_constant}, config));
   };
   CHECK(text_of(400s) ==
-        "the link falls, with a time constant of 400 s: contactors/link_decay_ms 31000 would do, found 5000");
+        "DC link voltage falls with a time constant of 400 s: contactors/link_decay_ms 31000 would be sufficient, "
+        "found 5000");
   CHECK(text_of(779s) ==
-        "the link falls, with a time constant of 779 s: contactors/link_decay_ms 60000 would do, found "
-        "5000");
+        "DC link voltage falls with a time constant of 779 s: contactors/link_decay_ms 60000 would be sufficient, "
+        "found 5000");
   CHECK(text_of(790s) ==
-        "the link falls, with a time constant of 790 s: contactors/link_decay_ms would have to be 61000, and may be "
-        "60000; it needs a discharge resistor");
+        "DC link voltage falls with a time constant of 790 s: contactors/link_decay_ms would have to be 61000, maximum "
+        "60000; required: a discharge resistor");
 }
 
 TEST_CASE("a precharge that is too fast or too slow for its link names the keys, what was measured and values",
@@ -198,37 +199,37 @@ TEST_CASE("a precharge that is too fast or too slow for its link names the keys,
     return to_text(likely_cause(FaultId::precharge_too_fast, {.link_followed_after = after}, config));
   };
   CHECK(fast(135ms) ==
-        "the link was seen on its way and followed after 135 ms: where no contactor is welded, "
-        "contactors/precharge_min_ms 90 would do, found 150");
+        "DC link voltage rose and reached the pack voltage after 135 ms: if no contactor is welded, "
+        "contactors/precharge_min_ms 90 would be sufficient, found 150");
   CHECK(fast(60ms) ==
-        "the link was seen on its way and followed after 60 ms: where no contactor is welded, "
-        "contactors/precharge_min_ms would have to be 40, and is at least 80; it needs a resistor of more ohms");
+        "DC link voltage rose and reached the pack voltage after 60 ms: if no contactor is welded, "
+        "contactors/precharge_min_ms would have to be 40, minimum 80; required: a resistor of higher resistance");
   const auto slow = [&config](Duration time_constant, bool is_ended_by_heat) {
     const SlowRise rise{time_constant, 100ms, 700'000, is_ended_by_heat};
     return to_text(likely_cause(FaultId::precharge_failed, {.slow_rise = rise}, config));
   };
   CHECK(slow(1s, false) ==
-        "the link rises, with a time constant of 1.0 s: contactors/precharge_timeout_ms 4700 would do, found 2000");
-  CHECK(
-      slow(3s, false) ==
-      "the link rises, with a time constant of 3.0 s: contactors/precharge_timeout_ms would have to be 13700, and may "
-      "be 10000; it needs a resistor of fewer ohms");
+        "DC link voltage rises with a time constant of 1.0 s: contactors/precharge_timeout_ms 4700 would be "
+        "sufficient, found 2000");
+  CHECK(slow(3s, false) ==
+        "DC link voltage rises with a time constant of 3.0 s: contactors/precharge_timeout_ms would have to be 13700, "
+        "maximum 10000; required: a resistor of lower resistance");
   CHECK(slow(1s, true) ==
-        "the link rises, with a time constant of 1.0 s, until the resistor has had what it bears: "
-        "contactors/precharge_energy_J 2940 would do, found 2000, with a resistor that bears it; "
-        "contactors/precharge_timeout_ms 4700 would do, found 2000");
+        "DC link voltage rises with a time constant of 1.0 s, until the pulse energy of the resistor is used up: "
+        "contactors/precharge_energy_J 2940 would be sufficient, found 2000, with a resistor of this rating; "
+        "contactors/precharge_timeout_ms 4700 would be sufficient, found 2000");
   config.precharge_timeout = 5s;
   CHECK(slow(1s, true) ==
-        "the link rises, with a time constant of 1.0 s, until the resistor has had what it bears: "
-        "contactors/precharge_energy_J 2940 would do, found 2000, with a resistor that bears it");
+        "DC link voltage rises with a time constant of 1.0 s, until the pulse energy of the resistor is used up: "
+        "contactors/precharge_energy_J 2940 would be sufficient, found 2000, with a resistor of this rating");
 }
 
 TEST_CASE("a precharge that was given up shows the voltages of link and pack, where they are known", "[unit][events]") {
   Event event{.id = EventId::precharge_gave_up, .number = 2'000};
-  CHECK(to_text(event) == "precharge given up after 2000 ms");
+  CHECK(to_text(event) == "precharge: aborted after 2000 ms");
   event.reading = {true, 29'920};
   event.threshold = 40'000;
-  CHECK(to_text(event) == "precharge given up after 2000 ms: link 29.920 V, pack 40.000 V");
+  CHECK(to_text(event) == "precharge: aborted after 2000 ms: DC link 29.920 V, pack 40.000 V");
 }
 
 TEST_CASE("too much charge without a charger names the direction of the current sensor", "[unit][core][faults][F16]") {
@@ -242,7 +243,7 @@ TEST_CASE("too much charge without a charger names the direction of the current 
     REQUIRE(bench.run_until([&] { return bench.is_active(FaultId::charge_overcurrent); }, 2s));
     bench.run(100ms);
     CHECK(has(events_text(bench, EventId::fault_confirmed), "sensor/invert_current") == !has_charger);
-    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "where no motor brakes either") ==
+    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "if there is no regeneration either") ==
           !has_charger);
   }
 }
@@ -260,7 +261,7 @@ TEST_CASE("that no charger was plugged in is known of the moment of the fault, n
     bench.current_mA = 0;
     bench.inputs.charger_connected = !has_charger;
     bench.run(1s);
-    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "where no motor brakes either") ==
+    CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), "if there is no regeneration either") ==
           !has_charger);
   }
 }
@@ -400,23 +401,20 @@ TEST_CASE("frames that show swapped buses are taken for no measurement", "[unit]
 
 TEST_CASE("a request to close that is refused names the values that it was refused for", "[unit][core][F90]") {
   CHECK(refusal_text(Blocker::link_follows, {}, {true, 29'920}, 30'000) ==
-        "the link is still at the pack's voltage: not yet shown that nothing is welded: link 29.920 V, pack 30.000 V");
-  CHECK(refusal_text(Blocker::not_qualified, {}, {true, 1}, 2) == "too few complete poll cycles yet");
+        "DC link still at pack voltage (welding not excluded): DC link 29.920 V, pack 30.000 V");
+  CHECK(refusal_text(Blocker::not_qualified, {}, {true, 1}, 2) == "fewer than three complete poll cycles");
   CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage,
-                     {true, 2'851'000, {.module_node = 1, .number = 3, .pack_number = 3}}, 2'900'000) ==
-        "a fault is present: a cell's voltage is too low: cell 1.3 (no. 3) 2.8510 V, limit 2.9000 V");
+                     {true, 2'851'000, {.module_node = 1, .number = 3, .pack_number = 3}},
+                     2'900'000) == "fault confirmed: cell voltage too low: cell 1.3 (no. 3) 2.8510 V, limit 2.9000 V");
   CHECK(refusal_text(Blocker::fault, FaultId::emergency_stop, {true, 1}, 1) ==
-        "a fault is present: an emergency stop is pressed");
-  CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "a fault is present");  // reading unknown
+        "fault confirmed: emergency stop pressed");
+  CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "fault confirmed");  // reading unknown
 
-  CHECK(
-      refusal_text(Blocker::fault, FaultId::link_not_discharging, {true, 29'920}, 30'000) ==
-      "a fault is present: the contactors are open, but the link keeps the pack's voltage: link 29.920 V, pack 30.000 "
-      "V");
-  CHECK(
-      refusal_text(Blocker::fault, FaultId::contactor_welded, {true, 29'920, {.contactor = 1}}, 30'000) ==
-      "a fault is present: a contactor is closed that should be open, as its contact says or the link's voltage: main "
-      "positive: link 29.920 V, pack 30.000 V");
+  CHECK(refusal_text(Blocker::fault, FaultId::link_not_discharging, {true, 29'920}, 30'000) ==
+        "fault confirmed: DC link still at pack voltage with contactors open: DC link 29.920 V, pack 30.000 V");
+  CHECK(refusal_text(Blocker::fault, FaultId::contactor_welded, {true, 29'920, {.contactor = 1}}, 30'000) ==
+        "fault confirmed: contactor closed although commanded open (by feedback or DC link voltage): main positive: DC "
+        "link 29.920 V, pack 30.000 V");
 
   CoreConfig config = small_pack();
   config.contactors.link_decay = 30s;  // a request is refused before the DC link becomes a fault
@@ -429,7 +427,7 @@ TEST_CASE("a request to close that is refused names the values that it was refus
     bench.inputs.vehicle_on = true;
     REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 10s));
     CHECK(bench.core().last_refusal().blocker == Blocker::link_follows);
-    CHECK(has(events_text(bench, EventId::close_refused), ": link 29.600 V, pack 29.600 V"));
+    CHECK(has(events_text(bench, EventId::close_refused), ": DC link 29.600 V, pack 29.600 V"));
   }
   SECTION("a cell that is too low") {
     bench.modules[0].cell_voltage_uV[2] = known(2'000'000);
@@ -438,7 +436,7 @@ TEST_CASE("a request to close that is refused names the values that it was refus
     REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 2s));
     CHECK(has(events_text(bench, EventId::close_refused), "cell 1.3 (no. 3) 2.0000 V, limit 2.9000 V"));
     CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(),
-              " ago: a fault is present: a cell's voltage is too low: cell 1.3"));
+              " ago: fault confirmed: cell voltage too low: cell 1.3"));
   }
 }
 
@@ -455,7 +453,7 @@ TEST_CASE("a request that a fault of link and pack refuses names the voltages th
   bench.run(1s);
   bench.inputs.vehicle_on = true;
   REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 10s));
-  const std::string voltages = "but the link keeps the pack's voltage: link 29.600 V, pack 29.600 V";
+  const std::string voltages = "DC link still at pack voltage with contactors open: DC link 29.600 V, pack 29.600 V";
   CHECK(has(events_text(bench, EventId::close_refused), voltages));
   CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), voltages));
   // The same after a restart.

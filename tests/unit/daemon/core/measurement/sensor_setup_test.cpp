@@ -125,12 +125,12 @@ TEST_CASE("each setting that differs keeps the results out, and is named", "[uni
     std::string_view text;
   };
   const Case cases[] = {
-      {0, {SensorTrigger::cyclic, false, false, 10}, "I: found every 10 ms, wanted every 20 ms"},
-      {1, {SensorTrigger::cyclic, false, false, 100}, "U1: found every 100 ms, wanted every 60 ms"},
-      {2, {SensorTrigger::off, false, false, 60}, "U2: found off, wanted by itself"},
-      {2, {SensorTrigger::on_trigger, false, false, 60}, "U2: found on a trigger, wanted by itself"},
-      {0, {SensorTrigger::cyclic, true, false, 20}, "I: found little-endian, wanted big-endian"},
-      {0, {SensorTrigger::cyclic, false, true, 20}, "I: found sign turned round, wanted sign not turned round"},
+      {0, {SensorTrigger::cyclic, false, false, 10}, "I: found every 10 ms, expected every 20 ms"},
+      {1, {SensorTrigger::cyclic, false, false, 100}, "U1: found every 100 ms, expected every 60 ms"},
+      {2, {SensorTrigger::off, false, false, 60}, "U2: found off, expected cyclic"},
+      {2, {SensorTrigger::on_trigger, false, false, 60}, "U2: found on a trigger, expected cyclic"},
+      {0, {SensorTrigger::cyclic, true, false, 20}, "I: found little-endian, expected big-endian"},
+      {0, {SensorTrigger::cyclic, false, true, 20}, "I: found sign inverted, expected sign not inverted"},
   };
   for (const Case& one : cases) {
     INFO(one.text);
@@ -167,7 +167,7 @@ TEST_CASE("the byte order wanted is the pack file's", "[unit][sensors]") {
   Bench big({.little_endian = true});
   big.settings[1].is_little_endian = false;
   big.run(100ms);
-  CHECK(to_text(big.setup.problem()) == "U1: found big-endian, wanted little-endian");
+  CHECK(to_text(big.setup.problem()) == "U1: found big-endian, expected little-endian");
 }
 
 TEST_CASE("a sensor that does not answer is asked three times, and again after five seconds", "[unit][sensors]") {
@@ -243,7 +243,7 @@ TEST_CASE("a sensor that does not know the command is not used", "[unit][sensors
   CHECK_FALSE(bench.setup.has_failed());
   bench.tick();
   bench.hear({.word = SetUpWord::not_understood});
-  CHECK(to_text(bench.setup.problem()) == "I: it does not know the command");
+  CHECK(to_text(bench.setup.problem()) == "I: command not supported");
   CHECK(bench.setup.problem().found == 0);
   CHECK(bench.setup.problem().wanted == 0);
 }
@@ -352,7 +352,7 @@ TEST_CASE("a sensor that says yes and does not obey is found out, and is started
   bench.settings[0].period_ms = 100;
   bench.obeys = false;
   bench.run(300ms);
-  CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, wanted every 20 ms");
+  CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, expected every 20 ms");
   CHECK_FALSE(bench.runs);
   bench.settings[0].period_ms = 20;
   bench.run(5'300ms);
@@ -371,7 +371,7 @@ TEST_CASE("what is wrong with a sensor stands until it is found good, also while
   bench.obeys = true;
   bench.orders.clear();
   while (bench.orders.empty() || bench.orders.back().kind != start) {
-    CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, wanted every 20 ms");
+    CHECK(to_text(bench.setup.problem()) == "I: found every 100 ms, expected every 20 ms");
     bench.tick();
     REQUIRE(bench.orders.size() < 20);
   }
@@ -502,7 +502,7 @@ TEST_CASE("a setting that somebody else changes is noticed by its answer", "[uni
   CHECK(bench.is_good());
   bench.hear({SetUpWord::setting, 1, {.trigger = SensorTrigger::off}});
   CHECK_FALSE(bench.is_good());
-  CHECK(to_text(bench.setup.problem()) == "U1: found off, wanted by itself");
+  CHECK(to_text(bench.setup.problem()) == "U1: found off, expected cyclic");
 }
 
 TEST_CASE("each stage says where it is", "[unit][sensors]") {
@@ -520,7 +520,7 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
   };
   const Event good = event(SensorSetupTrouble::trigger, 2, 0, 2);
   CHECK(good.are_fields_possible());
-  CHECK(to_text(good) == "the current sensor is not used: U2: found off, wanted by itself");
+  CHECK(to_text(good) == "current sensor: not used: U2: found off, expected cyclic");
   CHECK(event(SensorSetupTrouble::period, 0, 70'000, 20).are_fields_possible());
   CHECK(event(SensorSetupTrouble::trigger, 3, 0, 2).are_fields_possible());  // a second sensor's current
   CHECK_FALSE(event(SensorSetupTrouble::trigger, 4, 0, 2).are_fields_possible());
@@ -530,16 +530,15 @@ TEST_CASE("an event about a sensor that cannot be is none", "[unit][sensors][eve
   Event unknown = good;
   unknown.number = 99;
   CHECK_FALSE(unknown.are_fields_possible());
-  CHECK(to_text(Event{.id = EventId::sensor_set_up}) == "the current sensor was found configured as wanted");
+  CHECK(to_text(Event{.id = EventId::sensor_set_up}) == "current sensor: configuration as expected");
   const Event anew{.id = EventId::sensor_set_up,
                    .reading = {.is_known = true, .value = 100, .element = {.number = 1}},
                    .threshold = 60,
                    .number = static_cast<std::int64_t>(SensorSetupTrouble::period)};
-  CHECK(to_text(anew) == "the current sensor was configured anew: U1: every 100 ms before, every 60 ms now");
-  CHECK(to_text(Event{.id = EventId::sensor_restarted}) == "the current sensor started anew");
-  for (const auto& [id, text] :
-       {std::pair{EventId::sensor_set_up, "the second current sensor was found configured as wanted"},
-        std::pair{EventId::sensor_restarted, "the second current sensor started anew"}}) {
+  CHECK(to_text(anew) == "current sensor: reconfigured: U1: every 100 ms -> every 60 ms");
+  CHECK(to_text(Event{.id = EventId::sensor_restarted}) == "current sensor: restarted");
+  for (const auto& [id, text] : {std::pair{EventId::sensor_set_up, "second current sensor: configuration as expected"},
+                                 std::pair{EventId::sensor_restarted, "second current sensor: restarted"}}) {
     CHECK(to_text(Event{.id = id, .reading = {.element = {.number = 3}}}) == text);
   }
 }
@@ -614,7 +613,7 @@ TEST_CASE("a second sensor that is set up otherwise is not used and never change
   const Event failed{.id = EventId::sensor_set_up_failed,
                      .reading = {.is_known = true, .value = 1, .element = {.number = 3}},
                      .number = static_cast<std::int64_t>(SensorSetupTrouble::byte_order)};
-  CHECK(to_text(failed) == "the second current sensor is not used: I: found little-endian, wanted big-endian");
+  CHECK(to_text(failed) == "second current sensor: not used: I: found little-endian, expected big-endian");
   bench.setting.is_little_endian = false;
   bench.run(6s);
   CHECK(bench.setup.are_results_good(bench.now));

@@ -47,7 +47,7 @@ TEST_CASE("an interface that is down is set up once, and that is told once", "[u
   REQUIRE(keeper.look(seen(down()), start));
   keeper.tried({}, start);
   CHECK(keeper.set_up() == SetUp::done);
-  CHECK(lines(keeper) == "can0 set up: 500 kbit/s, restart 200 ms after bus-off");
+  CHECK(lines(keeper) == "can0: configured: 500 kbit/s, restart 200 ms after bus-off");
   for (int i = 1; i < 10; ++i) CHECK_FALSE(keeper.look(seen(up()), start + i * 1s));
   CHECK(lines(keeper).empty());
   CHECK(keeper.details() == up());
@@ -59,12 +59,12 @@ TEST_CASE("an interface that is up is never touched, whatever it is set to", "[u
   LinkKeeper keeper("can0", wanted);
   CHECK_FALSE(keeper.look(seen(up()), start));
   CHECK(keeper.set_up() == SetUp::as_wanted);
-  CHECK(lines(keeper) == "can0 is up with 500 kbit/s, restart 200 ms after bus-off, as wanted");
+  CHECK(lines(keeper) == "can0: already up with 500 kbit/s, restart 200 ms after bus-off as configured");
   CHECK_FALSE(keeper.look(seen(up(250'000, 0)), start + 1s));
   CHECK(keeper.set_up() == SetUp::left_alone);
   CHECK(lines(keeper) ==
-        "can0 is up with 250 kbit/s, no restart after bus-off and is left so, wanted 500 kbit/s, restart 200 ms after "
-        "bus-off; it is set up when it is down");
+        "can0: up with 250 kbit/s, no restart after bus-off, expected 500 kbit/s, restart 200 ms after bus-off; left "
+        "unchanged, will be configured when it is down");
   CHECK_FALSE(keeper.look(seen(up(250'000, 0)), start + 2s));
   CHECK(lines(keeper).empty());
   // A controller divides its clock: half a percent is tolerated.
@@ -92,7 +92,7 @@ TEST_CASE("what cannot be set up is tried again, not every second", "[unit][link
   REQUIRE(keeper.look(seen(down()), start));
   keeper.tried({.result = -EOPNOTSUPP}, start);
   CHECK(keeper.set_up() == SetUp::failed);
-  CHECK(lines(keeper) == "can0 cannot be set up: Operation not supported; tried again every 10 s");
+  CHECK(lines(keeper) == "can0: configuration failed: Operation not supported; retry every 10 s");
   CHECK_FALSE(keeper.look(seen(down()), start + LinkKeeper::retry - 1us));
   REQUIRE(keeper.look(seen(down()), start + LinkKeeper::retry));
   keeper.tried({.result = -EOPNOTSUPP}, start + LinkKeeper::retry);
@@ -104,7 +104,8 @@ TEST_CASE("a driver without restart has its bus all the same", "[unit][links]") 
   REQUIRE(keeper.look(seen(down()), start));
   keeper.tried({.has_restart = false}, start);
   CHECK(keeper.set_up() == SetUp::done);
-  CHECK(lines(keeper) == "can0 set up: 500 kbit/s, no restart after bus-off, which its driver does not offer");
+  CHECK(lines(keeper) ==
+        "can0: configured: 500 kbit/s, no restart after bus-off (automatic restart not supported by the driver)");
   CHECK_FALSE(keeper.look(seen(up(500'000, 0)), start + 1s));
   CHECK(lines(keeper).empty());
 }

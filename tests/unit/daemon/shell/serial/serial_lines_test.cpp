@@ -98,13 +98,13 @@ TEST_CASE("Service switches the measured values on and off, and nothing else doe
   const SerialReply on = reply_to({.text = "Service:on"});
   CHECK(on.service == true);
   CHECK(on.is_order);
-  CHECK(on.text == "Service on: measured values once a second\r\n");
+  CHECK(on.text == "Service on: measured values once per second\r\n");
   const SerialReply off = reply_to({.text = "Service:off"});
   CHECK(off.service == false);
   CHECK(off.text == "Service off\r\n");
   const SerialReply neither = reply_to({.text = "Service:On"});
   CHECK_FALSE(neither.service.has_value());
-  CHECK(neither.text == "Refused: \"On\" is neither on nor off, as in Service:on\r\n");
+  CHECK(neither.text == "Refused: found \"On\", expected on or off, e.g. Service:on\r\n");
   for (const char* line : {"Service", "service:on", "Help", "LogReq", "CellC:06"}) {
     CAPTURE(line);
     CHECK_FALSE(reply_to({.text = line}).service.has_value());
@@ -121,7 +121,7 @@ TEST_CASE("CellC is acknowledged in the words of the requirement, and says when 
   CHECK(taker.ask("CellC:06") == "New Cell Count:06\r\n");
   CHECK(taker.ask("CellC:756") == "New Cell Count:756\r\n");
   taker.is_in_force = false;
-  CHECK(taker.ask("CellC:08") == "New Cell Count:08\r\nIn force when bmud is started again.\r\n");
+  CHECK(taker.ask("CellC:08") == "New Cell Count:08\r\nEffective after a restart of bmud.\r\n");
   taker.refusal = "the contactors are closed";
   CHECK(taker.ask("CellC:08") == "Refused: the contactors are closed\r\n");
 }
@@ -132,7 +132,7 @@ TEST_CASE("a CellC without a number of cells is refused, and nobody is asked", "
        {"", "0", "00", "757", "999", "0012", "-1", "+6", " 6", "6 ", "6x", "0x6", "6.0", "six"}) {
     CAPTURE(argument);
     CHECK(taker.ask(std::string("CellC:") + argument) ==
-          "Refused: \"" + std::string(argument) + "\" is no number of cells, wanted 1 to 756 as in CellC:06\r\n");
+          "Refused: found \"" + std::string(argument) + "\", expected a cell count from 1 to 756, e.g. CellC:06\r\n");
   }
   CHECK(taker.wanted == 0);
 }
@@ -151,7 +151,7 @@ TEST_CASE("Help names every command, and what is none is said to be none", "[uni
   }
   CHECK(reply_to({.kind = Kind::too_long}).text ==
         "Too long: a line has at most 64 characters (Help lists the commands)\r\n");
-  CHECK(reply_to({.kind = Kind::unprintable}).text.starts_with("Not readable: "));
+  CHECK(reply_to({.kind = Kind::unprintable}).text.starts_with("Unreadable characters: "));
 }
 
 }  // namespace bmu

@@ -184,7 +184,7 @@ TEST_CASE("who may not read is told nothing of what there is", "[unit][access]")
     CHECK(is_refused(Json::parse(desk.requests.answer(request, stranger).line)));
   }
   REQUIRE(!desk.refusals.empty());
-  CHECK(desk.refusals.front() == "refused: user 1002, process 4711 may not read here");
+  CHECK(desk.refusals.front() == "access denied: user 1002, process 4711: read");
 }
 
 TEST_CASE("a refusal says who may", "[unit][access]") {
@@ -192,11 +192,12 @@ TEST_CASE("a refusal says who may", "[unit][access]") {
   Desk desk(with_groups);
   const Json reply = desk.ask({{"cmd", "balance"}, {"switch", "off"}}, reader);
   CHECK(reply.at("error").at("message") ==
-        "user 1001 may not \"balance with switch\"; root may, members of bmud-admin, and user 900, whom the daemon "
-        "runs as");
-  CHECK(desk.refusals == std::vector<std::string>{"refused: user 1001, process 12 may not \"balance with switch\""});
+        "user 1001 is not permitted to \"balance with switch\"; permitted: root, members of bmud-admin, and the user "
+        "of the daemon, user 900");
+  CHECK(desk.refusals == std::vector<std::string>{"access denied: user 1001, process 12: \"balance with switch\""});
   Desk plain({.own_user_id = 0});
-  CHECK(plain.ask({{"cmd", "wake"}}, reader).at("error").at("message") == "user 1001 may not \"wake\"; root may");
+  CHECK(plain.ask({{"cmd", "wake"}}, reader).at("error").at("message") ==
+        "user 1001 is not permitted to \"wake\"; permitted: root");
 }
 
 TEST_CASE("what is refused for another reason is logged with who asked for it", "[unit][access]") {
@@ -208,7 +209,7 @@ TEST_CASE("what is refused for another reason is logged with who asked for it", 
   CHECK(desk.ask({{"cmd", "balance"}, {"switch", 1}}, administrator).at("error").at("code") == "bad_argument");
   REQUIRE(desk.refusals.size() == 3);
   CHECK(desk.refusals[0] ==
-        "refused: \"accept_modules\" by user 1000, process 12: the pack is not open, or a closed one is asked for");
+        "refused: \"accept_modules\" by user 1000, process 12: contactors not open, or close request active");
   CHECK(desk.refusals[1].starts_with("refused: \"assign_module\" by user 1000, process 12: "));
   CHECK(desk.refusals[2].starts_with("refused: \"balance with switch\" by user 1000, process 12: "));
 }
@@ -235,8 +236,8 @@ TEST_CASE("rules that are replaced hold for the next request", "[unit][access]")
   desk.access.replace({}, UserNames("/nowhere"));
   CHECK_FALSE(desk.access.is_by_group());
   CHECK(desk.access.text() ==
-        "status socket: to control root may, and user 900, whom the daemon runs as; who may connect may read, since "
-        "there is neither a group bmud nor bmud-admin");
+        "status socket: control: root, and the user of the daemon, user 900; read: every user that can connect "
+        "(neither group bmud nor bmud-admin exists)");
 }
 
 TEST_CASE("what others cause is logged ten times a minute, and then how often it was not", "[unit][access]") {
@@ -249,7 +250,7 @@ TEST_CASE("what others cause is logged ten times a minute, and then how often it
   CHECK(lines.size() == SparingLog::lines_max);
   log.tell_left_out(start + 1min);
   REQUIRE(lines.size() == SparingLog::lines_max + 1);
-  CHECK(lines.back() == "990 more such lines were left out within a minute");
+  CHECK(lines.back() == "990 similar lines suppressed within one minute");
   log.tell_left_out(start + 5min);
   CHECK(lines.size() == SparingLog::lines_max + 1);
   // A new minute begins with the next line, independent of requests.

@@ -33,8 +33,8 @@ TEST_CASE("docs/faults.md is made from the fault table", "[unit][faults][docs]")
   for (const FaultRow& row : fault_table()) {
     CAPTURE(row.name);
     CHECK(wanted.find("### " + std::string(row.name)) != std::string::npos);
-    CHECK(wanted.find("- Often because: " + std::string(usual_cause_of(row.id)) + "\n") != std::string::npos);
-    CHECK(wanted.find("- What to do: " + std::string(row.remedy) + "\n") != std::string::npos);
+    CHECK(wanted.find("- Typical cause: " + std::string(usual_cause_of(row.id)) + "\n") != std::string::npos);
+    CHECK(wanted.find("- Action: " + std::string(row.remedy) + "\n") != std::string::npos);
   }
 }
 

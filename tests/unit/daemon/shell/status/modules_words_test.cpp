@@ -50,38 +50,38 @@ TEST_CASE("each kind of wrong module is named with node and serial numbers, and 
   SECTION("another one") {
     bench.modules[1].serial_number = 5555;
     bench.run(2s);
-    const std::string text = "module 2 is serial number 5555, expected serial number 1002";
+    const std::string text = "module 2 has serial number 5555, expected serial number 1002";
     CHECK(problems(bench, 2) == text);
     CHECK(has_text(bench, text));
   }
   SECTION("changed places") {
     std::swap(bench.modules[0].serial_number, bench.modules[1].serial_number);
     bench.run(2s);
-    const std::string text =
-        "module 1 is serial number 1002, expected serial number 1001, which is at node 2: they have changed places";
+    const std::string text = "module 1 has serial number 1002, expected serial number 1001 (now at node 2): swapped";
     CHECK(problems(bench, 1) == text);
     CHECK(has_text(bench, text));
   }
   SECTION("on a node of nobody") {
     bench.modules[1].node = 9;
     bench.run(4s);
-    CHECK(problems(bench, 2) == "module 2, serial number 1002, which is at node 9, has not said who it is");
-    CHECK(joined(stranger_problems(view_of(bench))) == "an extra module at node 9, serial number 1002");
-    CHECK(has_text(bench, "an extra module at node 9, serial number 1002"));
-    CHECK(has_text(bench, "which is at node 9"));
+    CHECK(problems(bench, 2) ==
+          "module 2, expected serial number 1002 (now at node 9), not identified (no IDENT received)");
+    CHECK(joined(stranger_problems(view_of(bench))) == "unknown module at node 9, serial number 1002");
+    CHECK(has_text(bench, "unknown module at node 9, serial number 1002"));
+    CHECK(has_text(bench, "now at node 9"));
   }
   SECTION("on the other's node") {
     bench.modules[0].talks = false;
     bench.modules[1].node = 1;
     bench.run(4s);
-    CHECK(problems(bench, 1) == "module 1 is serial number 1002, which belongs at node 2; expected serial number 1001");
+    CHECK(problems(bench, 1) == "module 1 has serial number 1002, registered at node 2; expected serial number 1001");
   }
   SECTION("two of them") {
     bench.run(1s);
     bench.modules[1].serial_number = 5555;
     bench.run(11s);
-    CHECK(problems(bench, 2).starts_with("two modules speak at node 2: serial numbers 5555 and 1002"));
-    CHECK(has_text(bench, "two modules speak at node 2"));
+    CHECK(problems(bench, 2).starts_with("two modules answer as node 2: serial numbers 5555 and 1002"));
+    CHECK(has_text(bench, "two modules answer as node 2"));
   }
   SECTION("another number of cells and sensors") {
     bench.modules[1].cell_count = 3;
@@ -106,20 +106,20 @@ TEST_CASE("an assignment is told as it stands", "[unit][why][MMU_N]") {
     bench.run(2ms);  // before the module can have answered
     return assignment_json(view_of(bench));
   };
-  CHECK(assign(1002, 1)["text"].get<std::string>().starts_with("not done: another module is there"));
+  CHECK(assign(1002, 1)["text"].get<std::string>().starts_with("failed: node in use by another module"));
   const Json already = assign(1002, 2);
-  CHECK(already["text"] == "serial number 1002 has node 2 already");
+  CHECK(already["text"] == "serial number 1002 already has node 2");
   CHECK(already["is_over"] == true);
   CHECK(already["is_done"] == true);  // already as requested
   const Json asking = assign(1002, 9);
-  CHECK(asking["text"] == "serial number 1002 is given node 9");
+  CHECK(asking["text"] == "assigning node 9 to serial number 1002");
   CHECK(asking["is_over"] == false);
   bench.run(1s);
   const Json done = assignment_json(view_of(bench));
   CHECK(done["is_done"] == true);
-  CHECK(done["text"] == "serial number 1002 has taken node 9 and said so, it was node 2");
+  CHECK(done["text"] == "serial number 1002: node 9 assigned and confirmed, previously node 2");
   CHECK(assignment_page(Reply(nlohmann::json::parse(done.dump()))).text(false) ==
-        "Serial number 1002 has taken node 9 and said so, it was node 2.\n");
+        "Serial number 1002: node 9 assigned and confirmed, previously node 2.\n");
 }
 
 TEST_CASE("a number that a module has already does not make it the expected one", "[unit][why][MMU_N]") {
@@ -130,14 +130,14 @@ TEST_CASE("a number that a module has already does not make it the expected one"
   bench.observe(
       CommandGiven{.command = Command::assign_node, .authority = Authority::service, .node = 2, .serial_number = 5555});
   CHECK(assignment_json(view_of(bench))["text"] ==
-        "serial number 5555 has node 2 already; `bmuctl modules accept 2` if it is to belong there");
+        "serial number 5555 already has node 2; to register it there: `bmuctl modules accept 2`");
 }
 
 TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted", "[unit][bmuctl]") {
   const nlohmann::json reply = nlohmann::json::parse(R"({
     "poll": {"pace": "parked", "period_ms": 500}, "modules_answering": 1, "modules_expected": 1,
     "modules": [{"node": 3, "is_answering": true, "serial_number": 5, "serial_number_expected": 4, "place": "exchanged",
-                 "problems": ["module 3 is serial number 5, expected serial number 4"], "mode": "normal",
+                 "problems": ["module 3 has serial number 5, expected serial number 4"], "mode": "normal",
                  "on_module_supply": false, "is_balancing": true, "cell_count": 12, "temperature_sensor_count": 4,
                  "limits": "set",
                  "answer_times": {"last_us": 4449, "mean_us": 4450, "worst_us": 12000, "jitter_us": null,
@@ -150,10 +150,10 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
   const std::string text = modules_page(Reply(reply)).text(false);
   CAPTURE(text);
   for (const char* part :
-       {"parked, every 500 ms", "answering 1 of 1", "5 (not 4)", "exchanged", "normal, balancing", "external", "4.4 ms",
-        "4.5 ms", "12.0 ms", "--", "990", "27", "range", "38", "Module 3 is serial number 5, expected serial number 4.",
-        "An extra module at node 9: serial number 77, 8 cells.",
-        "An extra module at node 10: has not said who it is."}) {
+       {"parked, 500 ms", "1 of 1 answering", "5 (expected 4)", "exchanged", "normal, balancing", "external", "4.4 ms",
+        "4.5 ms", "12.0 ms", "--", "990", "27", "range", "38",
+        "Module 3 has serial number 5, expected serial number 4.",
+        "Unknown module at node 9: serial number 77, 8 cells.", "Unknown module at node 10: not identified."}) {
     CAPTURE(part);
     CHECK(text.find(part) != std::string::npos);
   }
@@ -161,14 +161,15 @@ TEST_CASE("the pages of modules: both tables, what is wrong, what was accepted",
 
 TEST_CASE("accept says who was accepted and who could not be, one who is merely unheard is no failure",
           "[unit][bmuctl]") {
-  nlohmann::json reply = nlohmann::json::parse(R"({
+  nlohmann::json reply = nlohmann::json::parse(R"json({
     "node": null, "accepted": [{"node": 3, "serial_number": 5, "serial_number_before": 4}],
     "already": [{"node": 1, "serial_number": 7}],
-    "not_accepted": [{"node": 2, "reason": "unheard", "text": "module 2 has not said who it is"}],
-    "problems": ["module 3, serial number 5, has 3 cells, expected 4"]})");
+    "not_accepted": [{"node": 2, "reason": "unheard", "text": "module 2 not identified (no IDENT received)"}],
+    "problems": ["module 3, serial number 5, has 3 cells, expected 4"]})json");
   CHECK(accept_page(Reply(reply)).text(false) ==
-        "Module 3 is serial number 5 from now on, it was 4.\nNot accepted: module 2 has not said who it is.\n"
-        "Still so: module 3, serial number 5, has 3 cells, expected 4.\n");
+        "Module 3: serial number 5 registered, previously 4.\n"
+        "Not accepted: module 2 not identified (no IDENT received).\n"
+        "Remaining problem: module 3, serial number 5, has 3 cells, expected 4.\n");
   CHECK_FALSE(leaves_unaccepted(Reply(reply)));
   reply["node"] = 2;  // this node was requested
   CHECK(leaves_unaccepted(Reply(reply)));
@@ -178,10 +179,10 @@ TEST_CASE("accept says who was accepted and who could not be, one who is merely 
     CHECK(leaves_unaccepted(Reply(reply)));
   }
   reply = nlohmann::json::parse(R"({"accepted": [], "already": [{"node": 1}, {"node": 2}], "not_accepted": []})");
-  CHECK(accept_page(Reply(reply)).text(false) == "Nothing to accept: the 2 modules found belong where they are.\n");
+  CHECK(accept_page(Reply(reply)).text(false) == "Nothing to accept: all 2 modules are registered.\n");
   CHECK_FALSE(leaves_unaccepted(Reply(reply)));
   reply["already"] = nlohmann::json::parse(R"([{"node": 1}])");
-  CHECK(accept_page(Reply(reply)).text(false) == "Nothing to accept: the module found belongs where it is.\n");
+  CHECK(accept_page(Reply(reply)).text(false) == "Nothing to accept: the module is registered.\n");
 }
 
 TEST_CASE("what became of accepting is told for each module asked for", "[unit][why][BMS_F.2]") {
@@ -204,7 +205,8 @@ TEST_CASE("what became of accepting is told for each module asked for", "[unit][
     CHECK(all["accepted"][0] == Json{{"node", 1}, {"serial_number", 5555}, {"serial_number_before", 1001}});
     REQUIRE(all["not_accepted"].size() == 1);
     CHECK(all["not_accepted"][0]["reason"] == "unheard");
-    CHECK(all["not_accepted"][0]["text"] == "module 2, serial number 1002, has not said who it is");
+    CHECK(all["not_accepted"][0]["text"] ==
+          "module 2, expected serial number 1002, not identified (no IDENT received)");
     const Json again = outcome(bench, 1);
     CHECK(again["node"] == 1);
     CHECK(again["accepted"].empty());
@@ -219,7 +221,7 @@ TEST_CASE("what became of accepting is told for each module asked for", "[unit][
     const Json all = outcome(bench, 0);
     REQUIRE(all["not_accepted"].size() == 1);
     CHECK(all["not_accepted"][0]["reason"] == "two speak");
-    CHECK(all["not_accepted"][0]["text"].get<std::string>().starts_with("two modules speak at node 2"));
+    CHECK(all["not_accepted"][0]["text"].get<std::string>().starts_with("two modules answer as node 2"));
   }
   SECTION("the pack file names another one") {
     config.modules[1].serial_number = 77;
@@ -229,7 +231,7 @@ TEST_CASE("what became of accepting is told for each module asked for", "[unit][
     REQUIRE(all["not_accepted"].size() == 1);
     CHECK(all["not_accepted"][0]["reason"] == "named otherwise");
     CHECK(all["not_accepted"][0]["text"] ==
-          "module 2 is serial number 1002, expected serial number 77, as the pack file names it");
+          "module 2 has serial number 1002, expected serial number 77 by the pack file");
   }
 }
 
@@ -241,20 +243,19 @@ TEST_CASE("a module without the pack's limits is named by its fault", "[unit][wh
   CoreBench fresh(small_pack(), known_1001_and_1002());
   fresh.modules[1].talks = false;
   fresh.run(1s);
-  CHECK(joined(problems_of(FaultId::module_not_set_up, view_of(fresh))) ==
-        "module 2 has not taken over the pack's limits");
+  CHECK(joined(problems_of(FaultId::module_not_set_up, view_of(fresh))) == "module 2: cell limits not acknowledged");
 }
 
 TEST_CASE("the page of faults names the modules a fault is about", "[unit][bmuctl]") {
   const nlohmann::json reply = nlohmann::json::parse(R"({"faults": [
-    {"name": "modules_swapped", "meaning": "two modules have changed places", "stage": "active", "count": 1,
+    {"name": "modules_swapped", "meaning": "two modules swapped", "stage": "active", "count": 1,
      "is_present": true, "reaction": "refuse to close",
-     "modules": ["module 1 is serial number 1002", "module 2 is serial number 1001"]},
+     "modules": ["module 1: serial number 1002", "module 2: serial number 1001"]},
     {"name": "overload", "stage": "good", "count": 0, "modules": []}]})");
   const std::string text = faults_page(Reply(reply)).text(false);
   CAPTURE(text);
-  CHECK(text.find("now       module 1 is serial number 1002\n") != std::string::npos);
-  CHECK(text.find("          module 2 is serial number 1001\n") != std::string::npos);
+  CHECK(text.find("affected  module 1: serial number 1002\n") != std::string::npos);
+  CHECK(text.find("          module 2: serial number 1001\n") != std::string::npos);
 }
 
 TEST_CASE("a module that answers with old voltages is told by their age, not by its last answer",
@@ -277,5 +278,5 @@ TEST_CASE("a module that restarts during the precharge is named where the openin
   bench.run(300ms);
   bench.modules[1].restarted = bench.modules[1].limits_not_set = true;
   bench.run(200ms);
-  CHECK(has_text(bench, "a module has not taken over the cell limits: module 2"));
+  CHECK(has_text(bench, "cell limits not acknowledged by a module: module 2"));
 }

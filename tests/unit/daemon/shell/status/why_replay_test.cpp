@@ -37,10 +37,10 @@ TEST_CASE("a recording gives the same answer to why as the drive did, at every s
     CHECK(follower.why(bench.now()) == told);
     CHECK(told.find(part) != std::string::npos);
   };
-  check("Against closing");
+  check("Close inhibit");
   REQUIRE(bench.close());
   bench.run(500ms);
-  check("nothing speaks against it");
+  check("no close inhibit");
   bench.modules[1].cell_voltage_uV[2] = known(3'000'000);
   bench.run(1s);
   check("cell 2.3 (no. 7)");

@@ -47,10 +47,9 @@ TEST_CASE("of who falls silent why says when the last word came, and how long on
     bench.run(1s);
     const std::string why = why_of(bench);
     INFO(why);
-    CHECK(has(why, "before, limit 200 ms"));
+    CHECK(has(why, "; last received 2"));
     CHECK(has(why, " before opening, limit 200 ms"));
-    CHECK(has(why, "last heard 2"));
-    CHECK_FALSE(has(why, "sample taken"));
+    CHECK_FALSE(has(why, "; sample "));
   }
   SECTION("the sensor") {
     bench.sensor_talks = false;
@@ -58,8 +57,8 @@ TEST_CASE("of who falls silent why says when the last word came, and how long on
     bench.run(1s);
     const std::string why = why_of(bench);
     INFO(why);
-    CHECK(has(why, "last heard "));
-    CHECK(has(why, "before, limit 200 ms"));
+    CHECK(has(why, "last received "));
+    CHECK(has(why, " before opening, limit 200 ms"));
   }
   SECTION("a module that answers, and not completely") {
     bench.modules[1].sends_status = false;
@@ -67,8 +66,8 @@ TEST_CASE("of who falls silent why says when the last word came, and how long on
     bench.run(1s);
     const std::string why = why_of(bench);
     INFO(why);
-    CHECK(has(why, "heard in part "));
-    CHECK_FALSE(has(why, "last heard "));
+    CHECK(has(why, "partly received "));
+    CHECK_FALSE(has(why, "last received "));
   }
   SECTION("a module, of whose limits the least counts") {
     bench.modules[1].talks = false;
@@ -76,7 +75,7 @@ TEST_CASE("of who falls silent why says when the last word came, and how long on
     bench.run(1s);
     const std::string why = why_of(bench);
     INFO(why);
-    CHECK(has(why, "last heard "));
+    CHECK(has(why, "last received "));
     CHECK(has(why, " before opening"));
   }
 }
@@ -89,8 +88,8 @@ TEST_CASE("what has no sample and is believed at once is said without such numbe
   const std::string why = why_of(bench);
   INFO(why);
   REQUIRE(bench.core().last_opening().fault == FaultId::internal_bus_down);
-  CHECK(has(why, "believed at once"));
-  CHECK_FALSE(has(why, "sample taken"));
+  CHECK(has(why, "confirmed immediately"));
+  CHECK_FALSE(has(why, "; sample "));
   CHECK_FALSE(has(why, "after 0 ms"));
 }
 
@@ -99,12 +98,12 @@ TEST_CASE("a value whose cause is gone is one that was last seen, beside that of
   REQUIRE(bench.close());
   bench.modules[1].cell_voltage_uV[2] = known(2'800'000);
   REQUIRE(bench.run_until([&] { return !bench.commanded().any_contactor(); }, 1s));
-  CHECK_FALSE(has(why_of(bench), "last seen"));
+  CHECK_FALSE(has(why_of(bench), "(last cell"));
   bench.modules[1].cell_voltage_uV[2] = known(3'700'000);
   bench.run(10s);
   const std::string why = why_of(bench);
   INFO(why);
-  CHECK(has(why, "last seen cell 2.3 (no. 7): 2.8000 V, now 3.7000 V"));
+  CHECK(has(why, "(last cell 2.3 (no. 7): 2.8000 V, now 3.7000 V"));
 }
 
 TEST_CASE("a peak that may have been left out says where its number comes from", "[unit][why]") {
@@ -118,7 +117,7 @@ TEST_CASE("a peak that may have been left out says where its number comes from",
     const std::string why = why_of(bench);
     INFO(why);
     REQUIRE(has(why, "current/discharge_peak_mA: "));
-    CHECK(has(why, "(where it is left out: limits/discharge_overcurrent/warn_mA)") == is_left_out);
+    CHECK(has(why, "(default: limits/discharge_overcurrent/warn_mA)") == is_left_out);
   }
 }
 
@@ -144,9 +143,9 @@ TEST_CASE("a charger that runs away is told of with what it gives and what it wa
               .reading = {.is_known = true, .value = 1},
               .threshold = 10'000,
               .number = 25'000};
-  CHECK(has(to_text(event), ": 25.000 A given, 10.000 A asked for"));
+  CHECK(has(to_text(event), ": 25.000 A supplied, 10.000 A requested"));
   event.reading.value = 2;
   event.number = 410'000;
   event.threshold = 400'000;
-  CHECK(has(to_text(event), ": 410.000 V given, 400.000 V asked for"));
+  CHECK(has(to_text(event), ": 410.000 V supplied, 400.000 V requested"));
 }

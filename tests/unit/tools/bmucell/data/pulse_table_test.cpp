@@ -72,9 +72,9 @@ TEST_CASE("a table that is wrong is refused with file, line, what was found and 
         "with ref_soc_pct, pulse_A, r_mohm and, if known, temp_C");
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,,30\n") == ":3: pulse_A: found '', expected a number");
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,x\n") == ":2: r_mohm: found 'x', expected a number");
-  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,0\n").find("wanted a current and a resistance above 0") !=
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,0\n").find("expected a current and a resistance above 0") !=
         std::string::npos);
-  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,0,1\n").find("wanted a current and a resistance above 0") !=
+  CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,0,1\n").find("expected a current and a resistance above 0") !=
         std::string::npos);
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n") == ": no rows after the first line");
   CHECK(problem_of("ref_soc_pct,pulse_A,r_mohm\n50,2,30\n50,2") ==
