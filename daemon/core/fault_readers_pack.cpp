@@ -372,6 +372,7 @@ Reading module_supply_lost(const FaultInputs& in) {
       status_seen_at);
 }
 
+// A report that was never received has no bit set; a stale one keeps its bits, and the fault.
 Reading front_end_supply_low(const FaultInputs& in) {
   return first_module(
       in,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -31,6 +32,22 @@ template <std::size_t Size, class Run>
   } catch (const std::system_error& refused) {
     return failure(refused.code().value());
   }
+}
+
+/// Starts a thread that executes `shared->run()`, for end_or_leave(): `is_running` is true from before its first
+/// statement. The error: the errno value with which the system refuses a thread; nothing runs then, and `is_running` is
+/// false.
+template <std::size_t Size, class Shared>
+[[nodiscard]] Result<void, int> start_helper(std::thread& thread, const char (&name)[Size],
+                                             const std::shared_ptr<Shared>& shared) {
+  shared->is_running = true;
+  auto started = named_thread(name, [shared] { shared->run(); });
+  if (!started) {
+    shared->is_running = false;
+    return failure(started.error());
+  }
+  thread = std::move(*started);
+  return {};
 }
 
 /// `has_ended`: it is done, or about to return. If not, it hangs in a disk: it is left behind, and what it needs has to

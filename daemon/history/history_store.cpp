@@ -171,16 +171,10 @@ HistoryStore::HistoryStore(const HistoryStoreOptions& options, const HistoryLife
 
 Result<void, int> HistoryStore::start() {
   if (path_.empty()) return {};
-  shared_->is_running = true;
   shared_->state = HistoryState::starting;
-  auto thread = named_thread("bmud-history", [shared = shared_] { shared->run(); });
-  if (thread) {
-    thread_ = std::move(*thread);
-    return {};
-  }
-  shared_->is_running = false;
-  shared_->state = HistoryState::off;
-  return failure(thread.error());
+  auto started = start_helper(thread_, "bmud-history", shared_);
+  if (!started) shared_->state = HistoryState::off;
+  return started;
 }
 
 HistoryStore::~HistoryStore() {

@@ -56,7 +56,7 @@ struct IntakeAirReader::Shared {
   std::condition_variable changed;
   std::optional<std::int32_t> reading_dC;
   bool has_to_end = false;
-  bool is_running = true;
+  bool is_running = false;
 
   void run();
   void read();
@@ -94,12 +94,9 @@ void IntakeAirReader::Shared::read() {
 Result<std::unique_ptr<IntakeAirReader>, OsError> IntakeAirReader::start(const std::string& file, Log log) {
   auto shared = std::make_shared<Shared>(file, std::move(log));
   std::unique_ptr<IntakeAirReader> reader(new IntakeAirReader(shared));
-  auto thread = named_thread("bmud-air", [shared] { shared->run(); });
-  if (!thread) {
-    return failure(OsError{.code = thread.error(), .what = "start the thread that reads the intake air temperature"});
-  }
-  reader->thread_ = std::move(*thread);
-  return reader;
+  const auto started = start_helper(reader->thread_, "bmud-air", shared);
+  if (started) return reader;
+  return failure(OsError{.code = started.error(), .what = "start the thread that reads the intake air temperature"});
 }
 
 IntakeAirReader::~IntakeAirReader() {

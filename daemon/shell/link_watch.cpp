@@ -34,7 +34,7 @@ struct LinkWatch::Shared {
   std::condition_variable changed;
   std::vector<std::pair<std::string, LinkReport>> reports;
   bool has_to_end = false;
-  bool is_running = true;
+  bool is_running = false;
 
   void run();
   void look_after(std::size_t index);
@@ -72,10 +72,9 @@ Result<std::unique_ptr<LinkWatch>, OsError> LinkWatch::start(const std::vector<L
   std::unique_ptr<LinkWatch> watch(new LinkWatch(shared));
   watch->latest_ = shared->reports;
   if (wanted.empty()) return watch;
-  auto thread = named_thread("bmud-links", [shared] { shared->run(); });
-  if (!thread) return failure(OsError{.code = thread.error(), .what = "start the thread that manages CAN interfaces"});
-  watch->thread_ = std::move(*thread);
-  return watch;
+  const auto started = start_helper(watch->thread_, "bmud-links", shared);
+  if (started) return watch;
+  return failure(OsError{.code = started.error(), .what = "start the thread that manages CAN interfaces"});
 }
 
 LinkWatch::~LinkWatch() {

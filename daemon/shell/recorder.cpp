@@ -230,14 +230,9 @@ Result<std::unique_ptr<Recorder>, OsError> Recorder::open(const RecorderOptions&
 }
 
 Result<void, OsError> Recorder::start() {
-  shared_->is_running = true;
-  auto thread = named_thread("bmud-record", [shared = shared_] { shared->run(); });
-  if (thread) {
-    thread_ = std::move(*thread);
-    return {};
-  }
-  shared_->is_running = false;
-  return failure(OsError{.code = thread.error(), .what = "start the thread that writes recordings"});
+  const auto started = start_helper(thread_, "bmud-record", shared_);
+  if (started) return {};
+  return failure(OsError{.code = started.error(), .what = "start the thread that writes recordings"});
 }
 
 RecorderEnd Recorder::end(Duration at_most) {

@@ -45,7 +45,7 @@ struct SerialConsole::Shared {
   std::mutex mutex;  // also held while an action is called that reaches beyond us
   std::condition_variable changed;
   bool has_to_end = false;
-  bool is_running = true;
+  bool is_running = false;
 
   // The thread's alone.
   OwnedFd port;
@@ -219,10 +219,9 @@ Result<std::unique_ptr<SerialConsole>, OsError> SerialConsole::start(const Seria
   shared->ending = OwnedFd(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!shared->ending.is_open()) return failure(OsError{.code = errno, .what = "eventfd for the serial console"});
   std::unique_ptr<SerialConsole> console(new SerialConsole(shared));
-  auto thread = named_thread("bmud-serial", [shared] { shared->run(); });
-  if (!thread) return failure(OsError{.code = thread.error(), .what = "start the thread of the serial console"});
-  console->thread_ = std::move(*thread);
-  return console;
+  const auto started = start_helper(console->thread_, "bmud-serial", shared);
+  if (started) return console;
+  return failure(OsError{.code = started.error(), .what = "start the thread of the serial console"});
 }
 
 SerialConsole::SerialConsole(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}

@@ -144,14 +144,9 @@ void StateStore::carry_over(const PersistentState& state) {
 }
 
 Result<void, OsError> StateStore::start() {
-  shared_->is_running = true;
-  auto thread = named_thread("bmud-state", [shared = shared_] { shared->run(); });
-  if (thread) {
-    thread_ = std::move(*thread);
-    return {};
-  }
-  shared_->is_running = false;
-  return failure(OsError{.code = thread.error(), .what = "start the thread that writes the state file"});
+  const auto started = start_helper(thread_, "bmud-state", shared_);
+  if (started) return {};
+  return failure(OsError{.code = started.error(), .what = "start the thread that writes the state file"});
 }
 
 StateStore::~StateStore() {

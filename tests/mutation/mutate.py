@@ -225,8 +225,8 @@ def main() -> int:
     print(f"mutate: {len(wanted)} mutants, built after {watch}", flush=True)
     if arguments.prepare:
         reach = trial.learn_reach(arguments.work / "tree", arguments.work / "build")
-        print(f"mutate: {len(reach.cases)} test cases, learned after {watch}")
-        return 0
+        print("\n".join([*wrong, f"mutate: {len(reach.cases)} test cases, learned after {watch}"]))
+        return 1 if wrong else 0
 
     def is_late() -> bool:
         return arguments.seconds is not None and watch.passed_s() > arguments.seconds

@@ -470,6 +470,7 @@ class Listed(unittest.TestCase):
             unittest.mock.patch.object(mutate, "try_all", side_effect=all_but_the_first),
             unittest.mock.patch.object(trial, "copy_project"),
             unittest.mock.patch.object(trial, "build"),
+            unittest.mock.patch.object(trial, "learn_reach", return_value=trial.Reach()),
         ]
         with contextlib.ExitStack() as stack, contextlib.redirect_stdout(io.StringIO()) as printed:
             for each in instead:
@@ -478,7 +479,7 @@ class Listed(unittest.TestCase):
 
     def test_that_is_not_there_is_noticed_whatever_is_tried(self) -> None:
         stale = survivors.Survivor("b.cpp", "line 4", "0 -> 2", "it was so")
-        for words in ([], ["--part", "1/2"], ["--part", "2/2"], ["--since", "HEAD"], ["--since", "none"], ["--file", "b.cpp"]):
+        for words in ([], ["--part", "1/2"], ["--part", "2/2"], ["--since", "HEAD"], ["--since", "none"], ["--file", "b.cpp"], ["--prepare"]):
             with self.subTest(words):
                 self.assertEqual(self._run(words)[0], 0)
                 status, printed = self._run(words, stale)

@@ -74,7 +74,7 @@ TEST_CASE("the intake air of the PDU is reported until it is too old", "[unit][v
   bench.deliver(pdu_temperature_frame(known(-53), 7));
   bench.run(1500ms);
   CHECK(bench.core().intake_air_dC(bench.now()).value == -53);
-  CHECK(sent_air(bench) == 0xFB);  // -5 C
+  CHECK(sent_air(bench) == 0xFB);                       // -5 C
   bench.observe(IntakeAirSeen{.temperature_dC = 500});  // nor later
   CHECK(bench.core().intake_air_dC(bench.now()).value == -53);
   CanFrame damaged = pdu_temperature_frame(known(200), 8);
