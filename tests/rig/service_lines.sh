@@ -73,6 +73,8 @@ link_is() {
   [[ $(ip -json -details link show "$1" | jq -r '.[0] | "\(.linkinfo.info_data.bittiming.bitrate) \(.linkinfo.info_data.restart_ms) \([.flags[] | select(. == "UP")][0])"') == "$2" ]]
 }
 
+queue_length_is() { [[ $(ip -json link show "$1" | jq -r '.[0].txqlen') == "$2" ]]; }
+
 # --- bus-off ---
 
 # The emulated controller counts no errors: gpio/rig_bus_off.c does to it what one does that has counted too many. What comes after it is the
@@ -107,8 +109,12 @@ ip link set can1 up
 expect "can0 is down" not link_is can0 "500000 200 UP"
 
 step "can0 by hand"
+# The kernel's own length for CAN is that of the page.
+ip link set can0 txqueuelen 1000
+expect "its transmit queue is long" queue_length_is can0 1000
 run_shown wiring by-hand
 expect "it is set up and up" link_is can0 "500000 200 UP"
+expect "its transmit queue is as short as the page has it" queue_length_is can0 10
 expect "its state is shown" grep -q 'state ERROR-ACTIVE' <<<"$(run_shown wiring look)"
 ip link set can0 down
 ip link set can0 type can bitrate 125000 restart-ms 0

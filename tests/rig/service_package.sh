@@ -53,6 +53,24 @@ make_later_package() {
 install_later_package() { dpkg --install --force-confdef --force-confold /run/later.deb >"$RIG_OUT/upgrade.txt" 2>&1; }
 house_pid() { systemctl show --value -p MainPID bmud@house; }
 
+# What an operator may do to units besides enabling them, and to instances that never ran. The full copy is as "systemctl edit --full"
+# makes it; the target is one that is not active, as it would end with the service.
+put_unit_settings() {
+  local unit
+  unit=$(systemctl show --value -p FragmentPath bmud@house) &&
+    systemctl mask bmud@garage &&
+    systemctl mask --runtime bmud@attic &&
+    install -m 644 "$unit" /etc/systemd/system/bmud@shed.service &&
+    systemctl add-requires rescue.target bmud@house &&
+    systemctl set-property bmud@house CPUWeight=100
+}
+unit_settings_are_there() {
+  local system=/etc/systemd/system
+  [[ $(readlink "$system/bmud@garage.service") == /dev/null && $(readlink /run/systemd/system/bmud@attic.service) == /dev/null ]] &&
+    [[ -f $system/bmud@shed.service && -L $system/rescue.target.requires/bmud@house.service ]] &&
+    [[ -f $system.control/bmud@house.service.d/50-CPUWeight.conf ]]
+}
+
 # A maintainer script of the installed package as dpkg runs it, on a machine whose service manager cannot be reached.
 run_without_manager() {
   local script=$1
@@ -213,6 +231,8 @@ systemctl enable --now bmud@house
 wait_until_closed
 expect "a drop-in and an enabled instance are there" test -f /etc/systemd/system/bmud.service.d/realtime.conf \
   -a -L /etc/systemd/system/multi-user.target.wants/bmud@house.service
+expect "units are masked, edited, required and given properties" put_unit_settings >>"$RIG_OUT/dpkg.txt" 2>&1
+expect "and these settings are there" unit_settings_are_there
 expect "it is removed" dpkg --remove bmud >>"$RIG_OUT/dpkg.txt"
 # Before it asks for that, dpkg reads for seconds what all packages have.
 expect_opened_by_command "removed" "$(stopping_at)" 300
