@@ -314,18 +314,21 @@ TEST_CASE("where the clock of a log was set is reported once, and left out of ra
         "bmudump: standard input:201: the clock goes back by 3601.980000 s here; left out of rates, gaps and loads\n");
   CHECK(text.out.find("can0: 300 frames, 5.940000 s, load at least ") == 0);
   CHECK(text.out.find(", clock jumps 2\n") != std::string::npos);
-  CHECK(text.out.find("7A1       unknown                           300         0     50.34/s    0.020000 s ") !=
+  CHECK(text.out.find("7A1       unknown                           300         0     50.00/s    0.020000 s ") !=
         std::string::npos);
   CHECK(text.out.find("silent") == std::string::npos);
   const nlohmann::json json = nlohmann::json::parse(run("-r - --summary --json", log).out);
   CHECK(json.at("span_s") == 5.94);
   CHECK(json.at("clock_jumps") == 2);
   CHECK(json.at("load_bit_per_s").get<double>() > 5'000);
+  CHECK(json.at("ids")[0].at("rate_per_s") == 50.0);
   CHECK(json.at("ids")[0].at("silent_s").is_null());
   // Also while lines are shown, of buses that are not, and in the table.
   CHECK(run("-r - -t z", log).err == text.err);
   CHECK(lines_of(run("-r - -t z", log).out).back().starts_with("(5.940000) "));
-  CHECK(run("-r - --follow", log).out.find(" 50.3/s ") != std::string::npos);
+  const std::string table = run("-r - --follow", log).out;
+  CHECK(table.find("can0   300 frames   50.0/s   ") == 0);
+  CHECK(table.find(" 50.0/s ", table.find("7A1")) != std::string::npos);
   // Once for each place, not for each file.
   const Run none = run("-r - --summary", "(1.000000) can0 7A1#\n(2.000000) can0 7A1#\n");
   CHECK(none.err.empty());

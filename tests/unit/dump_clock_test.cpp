@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "protocol/can_bits.hpp"
 #include "tests/support/catch.hpp"
 #include "tools/bmudump/clock_jumps.hpp"
 #include "tools/bmudump/line_start.hpp"
@@ -92,40 +93,82 @@ TEST_CASE("what the clock was set by is in no rate, gap, load and silence", "[un
   const CanFrame frame = data_frame(0x7A1, 8);
   ClockJumps clock;
   BusStatistics set;
-  BusStatistics steady;
-  std::int64_t steady_us = 0;
   for (const std::int64_t from_us : {12 * s, in_2023_us, in_2023_us - hour_us}) {
     for (int i = 0; i < 100; ++i) {
       const LogLine line{.kind = LogLineKind::frame, .time_us = from_us + i * 20 * ms, .bus = "can0", .frame = frame};
       static_cast<void>(clock.take(0, line.time_us));
-      set.count(line, {}, clock.left_out_us());
-      // Between two settings no time passes that anyone knows of.
-      const LogLine same{.kind = LogLineKind::frame, .time_us = steady_us, .bus = "can0", .frame = frame};
-      steady.count(same, {});
-      steady_us += i == 99 ? 0 : 20 * ms;
+      set.count(line, {}, clock.sum());
     }
   }
   CHECK(clock.count() == 2);
   const IdStatistics& row = set.standard(0x7A1);
-  CHECK(row.rate_per_s() == Approx(steady.standard(0x7A1).rate_per_s()));
-  CHECK(row.rate_per_s() == Approx(50.0).epsilon(0.01));
+  CHECK(row.rate_per_s() == Approx(50.0));
+  CHECK(set.frames_per_s() == Approx(50.0));
   CHECK(row.gap_max_us == 20 * ms);
   CHECK(row.silence_us(set.until_us) == 0);
-  CHECK(set.load_bit_per_s() == Approx(steady.load_bit_per_s()));
+  CHECK(set.load_bit_per_s() == Approx(50.0 * static_cast<double>(bits_on_wire(frame))));
   CHECK(set.span_s() == Approx(5.94));
   CHECK(set.first_us == 12 * s);  // as in the log
   CHECK(set.last_us == in_2023_us + 1'980 * ms);
 }
 
+TEST_CASE("the time between the two frames around a setting of the clock is in no rate, of whatever else came in it",
+          "[unit][bmudump][clock][statistics]") {
+  // One identifier each 20 ms and another 1 ms behind it, which is the last before each setting; and a third each
+  // 200 ms, which does not come between a setting there and the one back.
+  ClockJumps clock;
+  BusStatistics bus;
+  const auto take = [&](std::int64_t time_us, std::uint32_t id) {
+    static_cast<void>(clock.take(0, time_us));
+    bus.count({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = data_frame(id, 8)}, {},
+              clock.sum());
+  };
+  std::int64_t at_us = 0;
+  const auto take_for = [&](int rounds, std::int64_t ahead_us) {
+    for (int i = 0; i < rounds; ++i, at_us += 20 * ms) {
+      take(in_2023_us + ahead_us + at_us, 0x7A1);
+      take(in_2023_us + ahead_us + at_us + 1 * ms, 0x7A2);
+      if (at_us % (200 * ms) == 0) take(in_2023_us + ahead_us + at_us + 2 * ms, 0x7A3);
+    }
+  };
+  take_for(101, 0);
+  take_for(5, hour_us);
+  take_for(100, 0);
+  REQUIRE(clock.count() == 2);
+  for (const std::uint32_t id : {0x7A1U, 0x7A2U}) CHECK(bus.standard(id).rate_per_s() == Approx(50.0));
+  CHECK(bus.standard(0x7A3).rate_per_s() == Approx(5.0));
+  // Of 433 frames in 4,101 ms, without three, and without 18 and 19 ms around the settings.
+  CHECK(bus.frames_per_s() == Approx(430.0 / 4.064));
+}
+
+TEST_CASE("without time between frames there is no rate", "[unit][bmudump][clock][statistics]") {
+  const CanFrame frame = data_frame(0x7A1, 8);
+  BusStatistics bus;
+  const auto count = [&](std::int64_t time_us, const ClockJumps::Sum& clock) {
+    bus.count({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = frame}, {}, clock);
+  };
+  count(12 * s, {});
+  count(100 * s, {.by_us = 87 * s, .count = 1});
+  CHECK(bus.standard(0x7A1).rate_per_s() == 0.0);
+  CHECK(bus.frames_per_s() == 0.0);
+  CHECK(bus.load_bit_per_s() == 0.0);
+  CHECK(bus.span_s() == Approx(1.0));
+  count(102 * s, {.by_us = 87 * s, .count = 1});
+  CHECK(bus.standard(0x7A1).rate_per_s() == Approx(0.5));
+  // Of a frame that comes out of order behind a setting no time is left out.
+  count(90 * s, {.by_us = 77 * s, .count = 2});
+  CHECK(bus.standard(0x7A1).rate_per_s() == Approx(0.5));
+}
+
 TEST_CASE("the end of a gap is reported as the log has it", "[unit][bmudump][clock][statistics]") {
   const CanFrame frame = data_frame(0x7A1, 8);
   BusStatistics bus;
-  const auto count = [&](std::int64_t time_us, std::int64_t left_out_us) {
-    bus.count({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = frame}, {}, left_out_us);
+  const auto count = [&](std::int64_t time_us, const ClockJumps::Sum& clock) {
+    bus.count({.kind = LogLineKind::frame, .time_us = time_us, .bus = "can0", .frame = frame}, {}, clock);
   };
-  count(10 * s, 0);
-  count(100 * s, 90 * s);
-  count(103 * s, 90 * s);
+  count(10 * s, {});
+  count(100 * s, {.by_us = 90 * s, .count = 1});
+  count(103 * s, {.by_us = 90 * s, .count = 1});
   CHECK(bus.standard(0x7A1).gap_max_us == 3 * s);
   CHECK(bus.standard(0x7A1).gap_end_us == 103 * s);
 }

@@ -25,6 +25,12 @@ struct ClockJump {
 
 class ClockJumps {
  public:
+  /// What all jumps so far come to: a time of the log less `by_us` goes on without jumps.
+  struct Sum {
+    std::int64_t by_us = 0;
+    std::uint64_t count = 0;
+  };
+
   static constexpr std::size_t bus_count_max = 16;
   static constexpr std::int64_t forward_min_us = 10'000'000;
   static constexpr std::int64_t forward_min_longest = 20;  // times as long as between any two frames before
@@ -41,7 +47,7 @@ class ClockJumps {
     note(bus, latest_us_ + step_us);
     return {};
   }
-  /// What all jumps so far come to: a time of the log less this goes on without jumps.
+  [[nodiscard]] Sum sum() const { return {.by_us = left_out_us_, .count = count_}; }
   [[nodiscard]] std::int64_t left_out_us() const { return left_out_us_; }
   [[nodiscard]] std::uint64_t count() const { return count_; }
 

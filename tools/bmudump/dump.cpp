@@ -91,7 +91,7 @@ bool Dump::show(const LogLine& line) {
   if (!filter_->passes(line.frame) || !bus->filter->passes(line.frame)) return true;
   if (line.kind == LogLineKind::frame) bus->hint.note(line.frame, verdict);
   const SeenFrame seen{line, verdict};
-  IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict, clock_.left_out_us()) : nullptr;
+  IdStatistics* const row = needs_counts_ ? bus->statistics.count(line, verdict, clock_.sum()) : nullptr;
   if (shows_lines_) {
     print(*bus, seen);
   } else if (follow_) {

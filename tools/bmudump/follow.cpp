@@ -169,8 +169,8 @@ void Follow::draw_heads(std::int64_t now_us, Canvas& canvas) {
   for (const std::unique_ptr<Bus>& bus : buses_->buses()) {
     const BusStatistics& all = bus->statistics;
     Head& head = heads_[bus->index];
-    head.frames.look(now_us, static_cast<double>(all.frames));
-    head.bits.look(now_us, static_cast<double>(all.bits));
+    head.frames.look(now_us, static_cast<double>(all.frames - all.untimed.frames));
+    head.bits.look(now_us, static_cast<double>(all.bits - all.bits_untimed));
     int column = canvas.put(line, 0, bus->name, Style::strong);
     column = canvas.put(line, column, head_text(all, head, canvas.width() < short_head_width));
     column = canvas.put(line, column, count_text(all.failed, "failed"), Style::bad);
@@ -196,9 +196,8 @@ void Follow::draw_titles(int line, const FollowColumns& columns, bool is_aside, 
 std::string Follow::head_text(const BusStatistics& all, const Head& head, bool is_short) const {
   if (all.frames == 0) return "   no frame yet";
   const bool is_recent = head.frames.is_whole && !is_over_;
-  const double over_all = all.span_s() > 0 ? static_cast<double>(all.frames - 1) / all.span_s() : 0.0;
   const double load = is_recent ? head.bits.per_s : all.load_bit_per_s();
-  const std::string rate = rate_text(is_recent ? head.frames.per_s : over_all);
+  const std::string rate = rate_text(is_recent ? head.frames.per_s : all.frames_per_s());
   const double load_percent = 100.0 * load / static_cast<double>(bit_rate_);
   if (is_short) return formatted("  %s  load %.1f %%", rate.c_str(), load_percent);
   return formatted("   %llu frames   %s   load %.1f %% of %u kbit/s", static_cast<unsigned long long>(all.frames),
