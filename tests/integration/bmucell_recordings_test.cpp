@@ -265,6 +265,45 @@ TEST_CASE("a fit refuses long charges whose current has no sign, and takes them 
   CHECK(right.finished.status == 0);
 }
 
+TEST_CASE("a fit refuses small charge pulses whose current has no sign, and takes them with it",
+          "[integration][bmucell]") {
+  // 0.19 C into a cell of 3.2 Ah.
+  const TemporaryFolder folder;
+  const std::vector<std::string> options{"--capacity-Ah", "3.2", "--begin-soc", "95"};
+  const Bench right{.has_soc = false, .has_charges = true, .capacity_Ah = 3.2};
+  Bench wrong = right;
+  wrong.has_current_sign = false;
+  CHECK(refusal(folder, wrong, options) ==
+        ":92: current_A: at 30 of 89 steps the voltage goes the wrong way: first it rises by 30 mV as the current goes "
+        "from 0 to 0.6 A, expected it to fall; the current without its sign?\n");
+  const FitRun fitted = fit_of(folder, right.csv(), options);
+  INFO(fitted.finished.err);
+  CHECK(fitted.finished.status == 0);
+  CHECK_FALSE(fitted.cell.empty());
+}
+
+TEST_CASE("eval and resistance warn of small charge pulses whose current has no sign", "[integration][bmucell]") {
+  const TemporaryFolder folder;
+  const std::string cell = test::in_source("config/cells/lipo-3300.json");
+  const std::string table = folder.file("table.csv", "ref_soc_pct,pulse_A,r_1s_mohm\n94.219,1.5,50\n");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"eval"}, std::vector<std::string>{"resistance", "--table", table}}) {
+    for (const bool has_sign : {true, false}) {
+      const Bench bench{.has_charges = true, .has_current_sign = has_sign, .capacity_Ah = 3.2};
+      std::vector<std::string> words{program("bmucell")};
+      words.insert(words.end(), command.begin(), command.end());
+      words.insert(words.end(), {"--cell", cell, folder.file("test.csv", bench.csv())});
+      const Finished finished = run_program(words);
+      CAPTURE(command.front(), has_sign, finished.err);
+      const bool has_warning =
+          finished.err.find("warning: " + folder / "test.csv" +
+                            ":92: current_A: at 30 of 89 steps the voltage goes the wrong way") != std::string::npos;
+      CHECK(has_warning == !has_sign);
+      CHECK(finished.status == 0);
+    }
+  }
+}
+
 TEST_CASE("a fit counts without ref_soc_pct from where it is given, with a warning from an assumption",
           "[integration][bmucell]") {
   const TemporaryFolder folder;

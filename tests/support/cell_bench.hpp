@@ -1,5 +1,5 @@
-// Recordings of a cell tester as CSV: of a cell of 1.2 Ah that is nothing but a slope of 0.9 V and 50 mOhm, in the
-// units and with the columns that a test chooses.
+// Recordings of a cell tester as CSV: of a cell, usually of 1.2 Ah, that is nothing but a slope of 0.9 V and 50 mOhm,
+// in the units and with the columns that a test chooses.
 #pragma once
 
 #include <array>
@@ -26,6 +26,7 @@ struct Bench {
   bool has_depth_of_discharge = false;  // in place of the state of charge
   bool has_still_soc = false;
   int rows_without_voltage = 0;  // the first so many
+  double capacity_Ah = 1.2;
 
   [[nodiscard]] double current_A(int second) const {
     constexpr std::array steps_A{1.5, 0.3, 1.5, 0.3};
@@ -39,7 +40,7 @@ struct Bench {
         has_soc ? "time_s,current_A,voltage_V,temp_C,ref_soc_pct\n" : "time_s,current_A,voltage_V,temp_C\n";
     double soc = 0.95;
     for (int second = 0; second < 3'600; ++second) {
-      soc -= current_A(second) / 4'320.0;
+      soc -= current_A(second) / (capacity_Ah * 3'600.0);
       if (has_gap && second > 600 && second < 2'400) continue;
       add_row(text, second, soc);
     }

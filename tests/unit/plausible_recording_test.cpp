@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <random>
 #include <string>
 
 #include "tests/support/catch.hpp"
@@ -169,6 +170,30 @@ TEST_CASE("a current without its sign is found by its steps, or by the reference
   }
   CHECK(
       has(implausible_current(steady, capacity_Ah), "but ref_soc_pct moves both ways; the current without its sign?"));
+}
+
+TEST_CASE("steps whose answer is lost in noise show no sign", "[unit][bmucell]") {
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+    CAPTURE(seed);
+    std::mt19937 numbers(seed);
+    std::normal_distribution<double> noise_V(0.0, 0.015);
+    const auto noisy = [&](SeriesRow& row) { row.voltage_V += noise_V(numbers); };
+    // 20 mV, of two rows that differ by 21 mV, one standard deviation.
+    CHECK(implausible_current(changed(noisy), capacity_Ah) == "");
+    const auto reversed_with_more = [&](SeriesRow& row) {
+      noisy(row);
+      row.voltage_V += 0.025 * row.current_A;
+    };
+    CHECK(has(implausible_current(changed(reversed_with_more), capacity_Ah), "the voltage mostly rises with it"));
+  }
+  // Noise is what differs under the same current, but for 0.01 C.
+  Series series{.rows = {{0.0, 1.0, 3.6}, {1.0, 1.09, 3.602}, {2.0, 1.2, 3.9}, {3.0, 1.2, 3.9}, {4.0, 1.2, 3.904}}};
+  CHECK(voltage_noise(series.rows, capacity_Ah).usual_V == Approx(0.002));
+  CHECK(voltage_noise(series.rows, capacity_Ah).least_V == Approx(0.002));
+  series.rows.front().voltage_V = std::nan("");
+  CHECK(voltage_noise(series.rows, capacity_Ah).least_V == Approx(0.004));
+  series.rows.resize(1);
+  CHECK(voltage_noise(series.rows, capacity_Ah).usual_V == 0.0);
 }
 
 TEST_CASE("current and reference have to agree, with the likely cause of what they differ by", "[unit][bmucell]") {

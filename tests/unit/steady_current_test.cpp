@@ -2,6 +2,7 @@
 #include "tools/bmucell/steady_current.hpp"
 
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -119,6 +120,24 @@ TEST_CASE("a steady current is judged from 10 mV in 10 min on, over 25 min", "[u
   // Half as fast takes twice as long.
   CHECK(implausible_steady_current(steady(just_enough_V_per_s / 2.0, 2'690.0), capacity_Ah) == "");
   CHECK(implausible_steady_current(steady(just_enough_V_per_s / 2.0, 2'700.0), capacity_Ah) != "");
+}
+
+TEST_CASE("noise of a slow recording with few rows is no move of the voltage", "[unit][bmucell]") {
+  // 20 hours at 0.03 C, a row a minute: 10 mV are two and a half standard deviations of what two means differ by.
+  const auto slow = [](double slope_V_per_s, unsigned seed) {
+    Series series{.name = "slow", .has_temperature = true};
+    std::mt19937 numbers(seed);
+    std::normal_distribution<double> noise_V(0.0, 0.005);
+    for (double time_s = 0.0; time_s <= 72'000.0; time_s += 60.0) {
+      series.rows.push_back({time_s, 0.3, 3.3 + slope_V_per_s * time_s + noise_V(numbers), 25.0});
+    }
+    return implausible_steady_current(series, capacity_Ah);
+  };
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+    CAPTURE(seed);
+    CHECK(slow(-0.1 / 72'000.0, seed) == "");
+    CHECK(slow(0.3 / 72'000.0, seed) != "");
+  }
 }
 
 TEST_CASE("a rise that slows down is one that ends, unless it goes on for half an hour", "[unit][bmucell]") {

@@ -7,6 +7,7 @@
 
 #include "config/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
+#include "tools/bmucell/current_steps.hpp"
 #include "tools/bmucell/output.hpp"
 #include "tools/bmucell/plausible_recording.hpp"
 #include "tools/bmucell/score_terms.hpp"
@@ -146,8 +147,10 @@ void warn(const EvalOptions& options, const CellDynamics& cell, const Series& se
   constexpr double s_per_h = 3600.0;
   const double capacity_Ah = cell.capacity_As / s_per_h;
   if (score.left_out.count() > 0) complain(series.name + ": " + left_out_text(score));
-  for (const std::string& problem : {implausible_time(series), implausible_current(series, capacity_Ah),
-                                     implausible_charge(series, capacity_Ah, 1.0)}) {
+  const std::string time = implausible_time(series);
+  const std::string current =
+      time.empty() ? implausible_answers(series, capacity_Ah) : implausible_current(series, capacity_Ah);
+  for (const std::string& problem : {time, current, implausible_charge(series, capacity_Ah, 1.0)}) {
     if (!problem.empty()) complain("warning: " + series.name + problem);
   }
   if (score.misfit >= 1.0) {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "tools/bmucell/current_steps.hpp"
 #include "tools/bmucell/median.hpp"
 #include "tools/bmucell/plausible_recording.hpp"
-#include "tools/bmucell/steady_current.hpp"
 
 namespace bmu::cell {
 
@@ -38,8 +38,7 @@ std::string problem_of(const Series& series, const FitSource& source) {
     problem = ": temp_C: found nothing, expected temperatures; a fit is nothing without them";
   }
   if (problem.empty()) problem = implausible_values(series, source.cell);
-  if (problem.empty()) problem = implausible_current(series, source.capacity_Ah);
-  if (problem.empty()) problem = implausible_steady_current(series, source.capacity_Ah);
+  if (problem.empty()) problem = implausible_answers(series, source.capacity_Ah);
   if (problem.empty()) problem = implausible_charge(series, source.capacity_Ah, source.begin_soc.value_or(full_soc));
   return problem;
 }

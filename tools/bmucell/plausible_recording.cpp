@@ -122,7 +122,8 @@ std::string temperature_problem(const Series& series, double min_C, double max_C
          number_text(min_C) + " to " + number_text(max_C) + cause_of_temperature(*typical_C, min_C, max_C);
 }
 
-/// How often the voltage falls when more flows out of the cell, of all steps of the current that are no noise.
+/// How often the voltage falls when more flows out of the cell, of all steps of the current, and answers to it, that
+/// are no noise.
 struct Steps {
   double count = 0.0;
   double falling = 0.0;
@@ -130,13 +131,17 @@ struct Steps {
   [[nodiscard]] double falling_share() const { return falling / count; }
 };
 
+/// Three standard deviations of the difference between two rows, whose mean size is 0.8 of one.
+constexpr double noise_differences = 3.0 / 0.798;
+
 Steps steps_of(const Series& series, double capacity_Ah) {
   const double step_min_A = 0.2 * capacity_Ah;
+  const double answer_min_V = noise_differences * voltage_noise(series.rows, capacity_Ah).usual_V;
   Steps steps;
   for (std::size_t k = 1; k < series.rows.size(); ++k) {
     const double by_A = series.rows[k].current_A - series.rows[k - 1].current_A;
     const double by_V = series.rows[k].voltage_V - series.rows[k - 1].voltage_V;
-    if (!(std::abs(by_A) >= step_min_A) || !std::isfinite(by_V) || by_V == 0.0) continue;
+    if (!(std::abs(by_A) >= step_min_A) || !(std::abs(by_V) > answer_min_V)) continue;
     steps.count += 1.0;
     if ((by_A > 0.0) == (by_V < 0.0)) steps.falling += 1.0;
   }
@@ -324,6 +329,23 @@ std::vector<double> charge_out(const Series& series, double capacity_Ah) {
     out.push_back(sum);
   }
   return out;
+}
+
+VoltageNoise voltage_noise(std::span<const SeriesRow> rows, double capacity_Ah) {
+  constexpr double same_C = 0.01;
+  constexpr double same_V = 1e-6;
+  VoltageNoise noise;
+  double count = 0.0;
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    const double by_V = std::abs(rows[k].voltage_V - rows[k - 1].voltage_V);
+    const bool is_same = std::abs(rows[k].current_A - rows[k - 1].current_A) <= same_C * capacity_Ah;
+    if (!is_same || !std::isfinite(by_V)) continue;
+    noise.usual_V += by_V;
+    count += 1.0;
+    if (by_V > same_V && (noise.least_V == 0.0 || by_V < noise.least_V)) noise.least_V = by_V;
+  }
+  if (count > 0.0) noise.usual_V /= count;
+  return noise;
 }
 
 bool has_one_sign(const Series& series, double capacity_Ah) {

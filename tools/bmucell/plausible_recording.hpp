@@ -7,6 +7,7 @@
 // over the rows.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,13 @@ namespace bmu::cell {
 /// The voltage answers the current as a cell's does: it falls when more flows out, and as charge leaves. Needs time
 /// that goes forward. `capacity_Ah`: above 0.
 [[nodiscard]] std::string implausible_current(const Series& series, double capacity_Ah);
+
+/// By how much the voltage changes from row to row while the same current flows, but for 0.01 C; 0 without such rows.
+struct VoltageNoise {
+  double usual_V = 0.0;  // the mean size; of normal noise 1.13 of its standard deviations
+  double least_V = 0.0;  // of those that are not 0: the resolution, if that is coarse
+};
+[[nodiscard]] VoltageNoise voltage_noise(std::span<const SeriesRow> rows, double capacity_Ah);
 
 /// No current flows both ways but for noise, 0.005 C: a current without its sign looks like that.
 [[nodiscard]] bool has_one_sign(const Series& series, double capacity_Ah);

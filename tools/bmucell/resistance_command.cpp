@@ -6,6 +6,7 @@
 
 #include "config/cell_config.hpp"
 #include "tools/bmucell/chart.hpp"
+#include "tools/bmucell/current_steps.hpp"
 #include "tools/bmucell/output.hpp"
 #include "tools/bmucell/plausible_recording.hpp"
 #include "tools/bmucell/resistance_score.hpp"
@@ -137,7 +138,11 @@ Result<ResistanceEvaluation, std::string> evaluate_files(const ResistanceOptions
   for (const std::string& problem : {implausible_time(*series), implausible_values(*series, cell.model)}) {
     if (!problem.empty()) return failure(series->name + problem);
   }
-  return evaluate_resistance(cell.dynamics.value_or(dynamics_of(cell.model)), *series, *table);
+  const CellDynamics dynamics = cell.dynamics.value_or(dynamics_of(cell.model));
+  constexpr double s_per_h = 3600.0;
+  const std::string current = implausible_answers(*series, dynamics.capacity_As / s_per_h);
+  if (!current.empty()) complain("warning: " + series->name + current);
+  return evaluate_resistance(dynamics, *series, *table);
 }
 
 }  // namespace
