@@ -355,9 +355,12 @@ std::string refusal_text(Blocker blocker, FaultId fault, const Reading& reading,
   if (blocker != Blocker::fault) return text;
   const FaultRow& row = row_of(fault);
   const std::string where = to_text(reading.element);
-  return text + ": " + std::string(row.meaning) + (where.empty() ? "" : ": " + where) +
-         (is_about_link(fault) && threshold > 0 ? link_and_pack_text(reading, threshold)
-                                                : limit_text(row, reading, threshold));
+  const std::string values = is_about_link(fault) && threshold > 0 ? link_and_pack_text(reading, threshold)
+                                                                   : limit_text(row, reading, threshold);
+  text += ": " + std::string(row.meaning);
+  // A fault may stay long after its values are others.
+  if (!values.empty()) text += "; when it was confirmed";
+  return text + (where.empty() ? "" : ": " + where) + values;
 }
 
 std::string to_text(const Event& event) {

@@ -401,21 +401,25 @@ TEST_CASE("a request to close that is refused names the values that it was refus
   CHECK(refusal_text(Blocker::link_follows, {}, {true, 29'920}, 30'000) ==
         "the link is still at the pack's voltage: not yet shown that nothing is welded: link 29.920 V, pack 30.000 V");
   CHECK(refusal_text(Blocker::not_qualified, {}, {true, 1}, 2) == "too few complete poll cycles yet");
-  CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage,
-                     {true, 2'851'000, {.module_node = 1, .number = 3, .pack_number = 3}}, 2'900'000) ==
-        "a fault is present: a cell's voltage is too low: cell 1.3 (no. 3) 2.8510 V, limit 2.9000 V");
+  CHECK(
+      refusal_text(Blocker::fault, FaultId::cell_undervoltage,
+                   {true, 2'851'000, {.module_node = 1, .number = 3, .pack_number = 3}}, 2'900'000) ==
+      "a fault is present: a cell's voltage is too low; when it was confirmed: cell 1.3 (no. 3) 2.8510 V, limit 2.9000 "
+      "V");
+  CHECK(refusal_text(Blocker::fault, FaultId::module_lost, {true, 1, {.module_node = 3}}, 1) ==
+        "a fault is present: a module does not answer, or not completely: module 3");
   CHECK(refusal_text(Blocker::fault, FaultId::emergency_stop, {true, 1}, 1) ==
         "a fault is present: an emergency stop is pressed");
   CHECK(refusal_text(Blocker::fault, FaultId::cell_undervoltage, {}, 0) == "a fault is present");  // not known any more
 
   CHECK(
       refusal_text(Blocker::fault, FaultId::link_not_discharging, {true, 29'920}, 30'000) ==
-      "a fault is present: the contactors are open, but the link keeps the pack's voltage: link 29.920 V, pack 30.000 "
-      "V");
+      "a fault is present: the contactors are open, but the link keeps the pack's voltage; when it was confirmed: link "
+      "29.920 V, pack 30.000 V");
   CHECK(
       refusal_text(Blocker::fault, FaultId::contactor_welded, {true, 29'920, {.contactor = 1}}, 30'000) ==
-      "a fault is present: a contactor is closed that should be open, as its contact says or the link's voltage: main "
-      "positive: link 29.920 V, pack 30.000 V");
+      "a fault is present: a contactor is closed that should be open, as its contact says or the link's voltage; when "
+      "it was confirmed: main positive: link 29.920 V, pack 30.000 V");
 
   CoreConfig config = small_pack();
   config.contactors.link_decay = 30s;  // a request is refused before the link is a fault
@@ -437,7 +441,7 @@ TEST_CASE("a request to close that is refused names the values that it was refus
     REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 2s));
     CHECK(has(events_text(bench, EventId::close_refused), "cell 1.3 (no. 3) 2.0000 V, limit 2.9000 V"));
     CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(),
-              " ago: a fault is present: a cell's voltage is too low: cell 1.3"));
+              " ago: a fault is present: a cell's voltage is too low; when it was confirmed: cell 1.3"));
   }
 }
 
@@ -454,7 +458,8 @@ TEST_CASE("a request that a fault of link and pack refuses names the voltages th
   bench.run(1s);
   bench.inputs.vehicle_on = true;
   REQUIRE(bench.run_until([&] { return bench.core().last_refusal().has_happened; }, 10s));
-  const std::string voltages = "but the link keeps the pack's voltage: link 29.600 V, pack 29.600 V";
+  const std::string voltages =
+      "but the link keeps the pack's voltage; when it was confirmed: link 29.600 V, pack 29.600 V";
   CHECK(has(events_text(bench, EventId::close_refused), voltages));
   CHECK(has(why_json({.core = bench.core(), .now = bench.now()}).dump(), voltages));
   // Over a restart, too.
