@@ -245,9 +245,9 @@ struct FaultRow {
   AskAgain ask_again = AskAgain::no;
   Reaction reaction = Reaction::open_now;
   Duration grace{};  // exactly for open_after_grace
-  /// Of what opens at once: more current than the contactors break may fall first, for `break_wait_max` at most
-  /// (permission.hpp), where the pack file says what they break. For faults of current and cell voltage, which a short
-  /// causes: nothing else waits.
+  /// With Reaction::open_now: opens only when the current is no more than the contactors break, `break_wait_max` after
+  /// its confirmation at the latest (permission.hpp), where the pack file has their rating. Set for the faults that a
+  /// short causes: of current, of cell, module and link voltages, and of temperatures that rise with the current.
   bool waits_above_rating = false;
   Latch latch = Latch::none;
   Outlives outlives = Outlives::always;  // for what latches
