@@ -6,8 +6,9 @@ namespace {
 
 constexpr Duration spacing = 250ms;
 constexpr Duration span_min = 1s;
-/// Longer than any temperature counts as fresh: what rose in between is anybody's guess.
-constexpr Duration gap_max = 1s;
+/// For as long as a temperature counts as fresh by default, at the slowest pace (poll_pace.hpp, ages_at()): an answer
+/// that is lost does not begin the trend anew. How a temperature rose in a longer gap is not known.
+constexpr Duration gap_max = 1'050ms;
 
 }  // namespace
 

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "config/pack_fields.hpp"
+#include "daemon/core/poll_pace.hpp"
 #include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/core_bench.hpp"
@@ -128,14 +130,24 @@ TEST_CASE("the first sensor of the first module is watched like any other", "[un
         Element{.module_node = 1, .number = 1, .is_temperature_sensor = true});
 }
 
-TEST_CASE("a sensor not heard for more than a second begins anew", "[unit][temperature]") {
-  for (const auto& [hole, is_known] : {std::pair{Duration{1s}, true}, std::pair{1s + 1ns, false}}) {
+TEST_CASE("a sensor begins anew after a gap that is longer than a temperature counts as fresh at the slowest pace",
+          "[unit][temperature][F8]") {
+  const Duration fresh = ages_at(PollPace::parked, {}, {.parked_period = parked_period_max}).temperature;
+  for (const auto& [hole, is_known] : {std::pair{fresh, true}, std::pair{fresh + 1ns, false}}) {
     Warming warming;
     warming.sample_both(250);
-    warming.sample_both(260, hole);
+    warming.sample_both(271, hole);
     CHECK(warming.fastest().is_known == is_known);
-    if (is_known) CHECK(warming.fastest().value == 1'000);
+    if (is_known) CHECK(warming.fastest().value == 2'000);  // 2.1 K in 1.05 s
   }
+}
+
+TEST_CASE("of a parked pack one lost answer does not hide a rise", "[unit][temperature][F8]") {
+  Warming warming;
+  for (int sample = 0; sample < 6; ++sample) warming.sample_both(250 + 5 * sample, 500ms);
+  warming.sample_both(290, 2 * parked_period_max + 1ms);  // the answers come 1 ms later than before
+  REQUIRE(warming.fastest().is_known);
+  CHECK(warming.fastest().value == 40 * 100 * 1'000 / 3'501);
 }
 
 TEST_CASE("of sensors that cool the one that does so slowest is told, and of equal ones the first",
