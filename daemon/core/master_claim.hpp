@@ -82,8 +82,8 @@ inline constexpr Duration claim_lapse = 200ms;
 
 /// How long a start listens. `random`: uniform. 150 to 400 ms with a PDU; without one three polls and up to 250 ms.
 [[nodiscard]] constexpr Duration claim_length(const CoreConfig& config, std::uint32_t random) {
-  const auto steps = static_cast<std::uint32_t>(claim_random_max / 1us) + 1;
-  return claim_periods * master_silence_max(config) + std::chrono::microseconds{random % steps};
+  return claim_periods * master_silence_max(config) +
+         std::chrono::microseconds{random % (static_cast<std::uint32_t>(claim_random_max / 1us) + 1)};
 }
 
 /// A reload that was silent for less keeps its claim: with the period before it the silence is shorter than any start

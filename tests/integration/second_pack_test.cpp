@@ -55,6 +55,15 @@ class VehicleEar {
   std::unique_ptr<BusPort> port_;
 };
 
+/// The field of the second pack on the page of bmuctl, without the spaces behind it.
+std::string shown_second_pack(const test::Bench& bench) {
+  const std::string page = bench.ask({"status"}).out;
+  const std::size_t begin = page.find("Second pack");
+  if (begin == std::string::npos) return page;
+  const std::string line = page.substr(begin, page.find('\n', begin) - begin);
+  return line.substr(0, line.find_last_not_of(' ') + 1);
+}
+
 /// Its silence is seen some messages after that of its charge.
 nlohmann::json status_of_silence(const test::Bench& bench) {
   const auto deadline = steady_clock::now() + test::hang_max;
@@ -158,6 +167,69 @@ TEST_CASE("an emulated second pack is heard by the real daemon on a bus of its o
   bench.send_event("second_pack silent");
   REQUIRE(ear.hears(0x626, is_unknown_soc_2, test::hang_max));
   CHECK(status_of_silence(bench)["second_pack"]["is_silent"] == true);
+  std::filesystem::remove("/dev/shm/bmud-bus." + vehicle.substr(5));
+}
+
+TEST_CASE("the state of a second pack is shown in the words of its dialect, and not while it is not known",
+          "[integration][daemon][mmusim][second_pack][BMS_F.8][bus]") {
+  struct Words {
+    const char* dialect;
+    const char* open;
+    const char* driving;
+    const char* charging;
+  };
+  const Words words = GENERATE(
+      Words{"iha", "contactors open", "vehicle on, contactors closed", "charger connected, contactors closed"},
+      Words{"original", "unplugged, vehicle off", "unplugged, vehicle on, charge depleted", "plugged in, charging"},
+      Words{"elithion", "no fault, contactors off", "K1 on, K3 on", "K1 on, K3 on"});
+  CAPTURE(words.dialect);
+  const std::string vehicle = "unix:test-state-" + std::to_string(::getpid());
+  test::Bench bench;
+  bench.pack = pack_with(bench.folder, {{"second_pack", {{"base_id", "640"}, {"dialect", words.dialect}}},
+                                        {"buses", {{"internal", bench.bus}, {"vehicle", vehicle}}}});
+  VehicleEar ear(vehicle);
+  bench.start_emulator("0 second_pack soc_permille 640\n");
+  bench.start_daemon();
+  const auto second_pack = [&bench] {
+    const nlohmann::json status = bench.ask_json("status");
+    return status.is_object() ? status["second_pack"] : nlohmann::json::object();
+  };
+  const auto shows = [&](const std::string& state) {
+    return bench.becomes([&] { return second_pack().value("state", nlohmann::json()) == state; }) &&
+           bench.becomes([&] { return shown_second_pack(bench).ends_with("   " + state); });
+  };
+  CHECK(shows(words.open));
+  for (const auto& [state, text] :
+       {std::pair{"driving", words.driving}, {"open", words.open}, {"charging", words.charging}}) {
+    CAPTURE(state);
+    bench.send_event("second_pack state " + std::string(state));
+    CHECK(shows(text));
+  }
+  // Of a master that sends its charge alone, and of one whose state is a number without a name.
+  bench.send_event("second_pack silent");
+  const bool has_numbers = std::string(words.dialect) != "elithion";
+  for (const bool sends_state : {false, true}) {
+    if (sends_state && !has_numbers) continue;
+    CAPTURE(sends_state);
+    const auto send = [&] {
+      CanFrame status = data_frame(0x642, 6);
+      status.data[0] = 99;
+      if (sends_state) REQUIRE(ear.port().send(status));
+      CanFrame charge = data_frame(0x646, 6);
+      charge.data[0] = 64;
+      REQUIRE(ear.port().send(charge));
+    };
+    CHECK(bench.becomes([&] {
+      send();
+      const nlohmann::json pack = second_pack();
+      return pack.at("state").is_null() && pack.at("is_silent") == false &&
+             (pack.at("values_out_of_range") != 0) == sends_state;
+    }));
+    CHECK(bench.becomes([&] {
+      send();
+      return shown_second_pack(bench).ends_with("SOC 64.0 %   --   --");
+    }));
+  }
   std::filesystem::remove("/dev/shm/bmud-bus." + vehicle.substr(5));
 }
 

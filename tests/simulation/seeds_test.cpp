@@ -1,10 +1,13 @@
 // Lives from seeds, in the normal run; bmud_simulation takes thousands of them (docs/simulation.md).
 #include <algorithm>
 #include <set>
+#include <string>
 
 #include "tests/simulation/mutants.hpp"
 #include "tests/simulation/sweep.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/folders.hpp"
+#include "tests/support/process.hpp"
 
 namespace bmu::test {
 namespace {
@@ -121,6 +124,12 @@ TEST_CASE("every mutant is noticed, by the rule it breaks", "[simulation][seeds]
     INFO(mutants[index].name);
     CHECK(is_noticed(index));
   }
+}
+
+TEST_CASE("docs/simulation.md has the number of the mutants", "[simulation][docs]") {
+  const std::string page = read_file(in_source("docs/simulation.md"));
+  CHECK(page.find(" " + std::to_string(make_mutants().size()) + " mutants each do one thing wrong") !=
+        std::string::npos);
 }
 
 TEST_CASE("what is left of a plan that fails still fails, and without any of its faults it does not",

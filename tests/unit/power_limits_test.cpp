@@ -88,6 +88,9 @@ TEST_CASE("a power of the whole pack bounds both currents by the measured voltag
   is(limits.discharge, 200'000, LimitCause::peak);  // exactly 80 kW
   is(limits.charge, 200'000, LimitCause::power);
   limits = limits_of(200'000, 40'000);
+  lower_to_power(limits, pack_at(1), {.power_max_W = 1});  // the lowest voltage that counts: 1 MA
+  is(limits.discharge, 200'000, LimitCause::peak);
+  limits = limits_of(200'000, 40'000);
   lower_to_power(limits, pack_at(600'000), {});  // no such rule
   is(limits.discharge, 200'000, LimitCause::peak);
 }
@@ -107,6 +110,7 @@ TEST_CASE("with a power of the pack and no voltage nothing may flow", "[unit][li
   lower_to_power(limits, pack, {.power_max_W = 80'000});
   is(limits.discharge, 0, LimitCause::not_sensed);
   is(limits.charge_continuous, 0, LimitCause::not_sensed);
+  CHECK(limits.discharge.value == 0);
 }
 
 TEST_CASE("the core holds the power of the pack at once, and its power limits are those of its currents",
@@ -154,6 +158,7 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
   CoreConfig config = test::small_pack();
   config.dynamics = test::sloped_cell();
   config.cell.capacity_uAs = 36'000'000'000;
+  for (CellDynamics::Row& row : config.dynamics->rows) row.series_Ohm.front() = 0.030;  // of an empty cell
   LivingPack pack(config, 0.5);
   pack.run(3s);
   const LoadResistance whole = load_resistance(pack.estimate());
@@ -166,4 +171,43 @@ TEST_CASE("the resistance over ten seconds and a minute is that of all cells, ta
   CHECK(cell.resistance_sigma <= 0.5);
   CHECK(whole.peak_Ohm == Approx(cells_Ohm(10.0) * (1.0 + 2.0 * cell.resistance_sigma)).epsilon(0.01));
   CHECK(whole.continuous_Ohm / whole.peak_Ohm == Approx(cells_Ohm(60.0) / cells_Ohm(10.0)));
+}
+
+TEST_CASE("before anything is measured each cell counts as empty, and as cold as its coldest table",
+          "[unit][limits][POW_1]") {
+  CoreConfig config = test::small_pack();
+  config.dynamics = test::sloped_cell();
+  CellDynamics::Row& coldest = config.dynamics->rows[0];
+  coldest.series_Ohm.front() = 0.030;
+  const LivingPack pack(config, 0.5);
+  REQUIRE(pack.estimate().size() == 8);
+  REQUIRE_FALSE(is_measured(pack.estimate().forecast_input(0).temperature_C));
+  double settled_Ohm = 0.030 + coldest.kinetic_Ohm.front();
+  for (std::size_t pair = 0; pair < CellDynamics::pairs; ++pair) {
+    settled_Ohm +=
+        coldest.pair_Ohm[pair].front() * (1.0 - std::exp(-10.0 / config.dynamics->pair_time_constant_s[pair]));
+  }
+  CHECK(load_resistance(pack.estimate()).peak_Ohm == Approx(8.0 * settled_Ohm));
+}
+
+TEST_CASE("a cell counts with the resistance that it has learned, and twice the uncertainty of that",
+          "[unit][limits][POW_1]") {
+  CoreConfig config = test::small_pack();
+  config.dynamics = test::sloped_cell();
+  config.cell.capacity_uAs = 36'000'000'000;
+  LivingPack pack(config, 0.5, {{}, {}, {.resistance_share = 0.4}});
+  pack.run(3s);
+  REQUIRE(pack.bench().close());
+  for (int pulse = 0; pulse < 60; ++pulse) {
+    pack.current_A = pulse % 2 == 0 ? 15.0 : -15.0;
+    pack.run(10s);
+  }
+  REQUIRE(pack.estimate().forecast_input(2).resistance_share > 0.1);
+  double shares = 0.0;
+  for (std::size_t number = 0; number < pack.size(); ++number) {
+    const CellForecastInput cell = pack.estimate().forecast_input(number);
+    shares += 1.0 + cell.resistance_share + 2.0 * cell.resistance_sigma;
+  }
+  const double settled_Ohm = 0.005 + 0.001 * (3.0 - std::exp(-1.0) - std::exp(-0.1) - std::exp(-0.01));
+  CHECK(load_resistance(pack.estimate()).peak_Ohm == Approx(shares * settled_Ohm).epsilon(1e-9));
 }

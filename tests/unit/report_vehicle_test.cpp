@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/image.hpp"
 #include "tests/support/catch.hpp"
 
 namespace bmu {
@@ -151,6 +152,19 @@ TEST_CASE("a report is due 1 s after the start, the next 10 ms later, and after 
   CHECK(sent_at(9'000ms) == 0x625);
   CHECK(sent_at(9'009ms) == 0);
   CHECK(sent_at(9'010ms) == 0x626);
+}
+
+TEST_CASE("an image in which a message after the last is due is refused", "[unit][vehicle][image]") {
+  const VehicleReporter reporter;
+  std::vector<std::uint8_t> bytes(image_size(reporter));
+  REQUIRE(write_image(reporter, bytes) == bytes.size());
+  const auto problem_of = [&bytes](std::uint8_t index) {
+    bytes[bytes.size() - sizeof(std::size_t)] = index;
+    VehicleReporter other;
+    return read_image(std::span<const std::uint8_t>(bytes), other);
+  };
+  CHECK_FALSE(problem_of(8));
+  CHECK(problem_of(9) == ImageProblem::no_state);
 }
 
 }  // namespace bmu

@@ -423,6 +423,32 @@ TEST_CASE("a step counts from the steadiest sample, exactly, and a steady curren
   CHECK(back.longest().value >= 900);
 }
 
+TEST_CASE("each sample is tried as a reference, also where they come as far apart as the currents around them",
+          "[unit][plausibility][F12]") {
+  // Samples in ticks 12, 24, 36, 48 and 60. Only that of tick 36 is without a swing within 120 ms.
+  Watched watched;
+  watched.ticks_of_a_poll = 12;
+  for (auto& module : watched.cells_uV) module.fill(Watched::kept_uV);
+  for (int tick = 1; tick < 24; ++tick) watched.tick(tick % 2 == 0 ? 2 * shows_mA : 0);
+  for (int tick = 24; tick <= 48; ++tick) watched.tick(shows_mA);
+  CHECK(watched.longest().value == 0);
+  for (int tick = 49; tick <= 60; ++tick) watched.tick(2 * shows_mA);
+  CHECK(watched.longest().value == 120);
+}
+
+TEST_CASE("the second sample is tried as a reference when it comes just as the currents around the first are known",
+          "[unit][plausibility][F12]") {
+  // Samples in ticks 12, 24, 36 and 48. Only that of tick 24 is without a swing within 120 ms.
+  Watched watched;
+  watched.ticks_of_a_poll = 12;
+  for (auto& module : watched.cells_uV) module.fill(Watched::kept_uV);
+  for (int tick = 1; tick < 12; ++tick) watched.tick(tick % 2 == 0 ? 2 * shows_mA : 0);
+  for (int tick = 12; tick <= 36; ++tick) watched.tick(shows_mA);
+  CHECK(watched.longest().value == 0);
+  for (int tick = 37; tick <= 48; ++tick) watched.tick(2 * shows_mA);
+  CHECK(watched.longest().value == 120);
+}
+
 TEST_CASE("of samples at equally steady currents the first is the reference", "[unit][plausibility][F12]") {
   Watched watched;
   int ticks = 0;
